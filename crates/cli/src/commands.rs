@@ -7,7 +7,7 @@ use meltpath::list::Listing;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
-use meltpath::waam::wanted::{Restart, Torch, Wanted};
+use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
 use meltpath_base::{Length, Observer, Reporter};
 use serde_json::json;

@@ -5,8 +5,8 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use meltpath::ebm::focus;
-use meltpath::ebm::path_file;
+use meltpath::ebm::gun::focus;
+use meltpath::ebm::plan::path_file;
 use meltpath_base::{Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_planning::powder::modulation::Ramp;

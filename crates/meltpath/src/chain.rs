@@ -75,7 +75,7 @@ fn refused(file: &Path, text: &str, reading: Reading) -> JobError {
     let folder = file.parent().unwrap_or(Path::new(""));
     let wrong = |table: &str| reading.wrong_keys.iter().any(|key| key.starts_with(table));
     let named = match &reading.draft {
-        Some(Job::Waam(waam)) => waam::named::problems(waam, folder, wrong),
+        Some(Job::Waam(waam)) => waam::settings::named::problems(waam, folder, wrong),
         Some(Job::Ebm(ebm)) => ebm::settings::named(ebm, folder, wrong),
         Some(Job::Lpbf(lpbf)) => lpbf::settings::named(lpbf, folder, wrong),
         None => Vec::new(),

@@ -117,7 +117,7 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
     // what arc words mean is a cell's business: here they are only counted
     let cell = Cell::load("arcmate-120ic", Path::new(""))?;
     let all =
-        waam::program_files::parse_file(path, &cell.program).map_err(|e| wrong(e.to_string()))?;
+        waam::program::files::parse_file(path, &cell.program).map_err(|e| wrong(e.to_string()))?;
     let mut lines = Vec::new();
     for parsed in &all {
         let p = &parsed.program;

@@ -2,7 +2,6 @@
 //! goes, comparison, verdict.
 
 pub mod error;
-pub mod file_layers;
 pub mod heat;
 mod motion;
 pub(crate) mod optimise;
@@ -10,9 +9,7 @@ pub mod plan;
 mod refuse;
 pub(crate) mod result;
 pub mod run;
-pub mod section;
 pub mod settings;
-pub mod work;
 
 pub use error::LpbfError;
 pub use run::{examine, run};

@@ -16,7 +16,7 @@ use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
 use meltpath_thermal::material::file::MaterialFile;
 
 use crate::data::Cell;
-use crate::ebm::focus::FocusFile;
+use crate::ebm::gun::focus::FocusFile;
 use crate::fit::measurements::MeasurementsFile;
 use crate::job::{ProcessKind, table_of};
 use crate::tune::file::TuneFile;

@@ -12,10 +12,11 @@ use meltpath_thermal::grid::sample::{Sample, around, between, nearest};
 use super::error::CompareError;
 use super::quantity::Quantity;
 use super::samples::{self, Layers, Row, SamplesError, Told};
-use crate::ebm::charts::beam_settings;
+use crate::ebm::plan::path_file;
 use crate::ebm::plan::{Plan, planned};
+use crate::ebm::preview::charts::beam_settings;
 use crate::ebm::settings::Settings;
-use crate::ebm::{path_file, simulate};
+use crate::ebm::simulate;
 use crate::job::ebm::JudgeSolver;
 use crate::job::{self, Job, JobError};
 

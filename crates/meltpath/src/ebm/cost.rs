@@ -5,11 +5,11 @@ use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::simulation::Memory;
 
-use super::charts::{Source, sources};
 use super::correct::Correct;
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::settings::{Judge, Settings};
+use crate::ebm::preview::charts::{Source, sources};
 use crate::job::ebm::ChartPreview;
 
 /// Bytes of memory for each voxel, results included; measured on sections of 1 260 and 12 600 mm².

@@ -1,6 +1,7 @@
 //! The machine's gun in a job: its file, and whether it can do what the job changes.
 
 pub mod drawn;
+pub mod focus;
 
 use std::path::Path;
 

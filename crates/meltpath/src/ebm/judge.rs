@@ -1,5 +1,10 @@
 //! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
+pub(crate) mod advice;
+pub mod ends;
+pub(crate) mod under;
+pub(crate) mod verdict;
+
 use meltpath_base::{Observer, Quiet};
 use meltpath_melt_strategy::bed::Resolution;
 use meltpath_melt_strategy::error::StrategyError;
@@ -11,12 +16,12 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
-use super::ends::{Ends, ends};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
-use super::region::Contour;
 use super::settings::Judge;
-use super::under::{body, domain, ground};
+use crate::ebm::judge::ends::{Ends, ends};
+use crate::ebm::judge::under::{body, domain, ground};
+use crate::ebm::plan::region::Contour;
 use rayon::prelude::*;
 
 /// The table of the voxels that melted on the reference solver, in a run's folder.

@@ -14,7 +14,7 @@ use meltpath_melt_strategy::lever::Lever;
 use meltpath_melt_strategy::order::{Order, reorder};
 use meltpath_thermal::beam::BeamPath;
 
-use super::hatch::{BeamHatch, pattern};
+use crate::ebm::plan::hatch::{BeamHatch, pattern};
 use crate::job::ebm::{
     Change, ControllerKind, HatchStrategy, OptimiseMethod, OptimiseSolver, OptimiseTable,
     OrderChoice,

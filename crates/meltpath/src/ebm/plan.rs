@@ -1,5 +1,9 @@
 //! The plan of an electron-beam job: paths read, a part cut, regions hatched, from the resolved settings.
 
+pub mod hatch;
+pub mod path_file;
+pub mod region;
+
 use std::path::{Path, PathBuf};
 
 use meltpath_base::settings::{File, Problem, Setting};
@@ -9,11 +13,10 @@ use meltpath_gun::Gun;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation::Memory;
 
-use super::ends::tell_of_window;
-use super::hatch::BeamHatch;
-use super::path_file;
-use super::region::{Below, Contour};
 use super::settings::{Good, PartFile, Settings, Subject, resolve};
+use crate::ebm::judge::ends::tell_of_window;
+use crate::ebm::plan::hatch::BeamHatch;
+use crate::ebm::plan::region::{Below, Contour};
 use crate::job::ebm::{ChartPreview, EbmJob};
 use crate::job::{Problems, Written};
 use crate::stages::part;

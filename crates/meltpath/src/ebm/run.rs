@@ -5,11 +5,12 @@ use std::path::Path;
 use meltpath_base::{Observer, Reporter, Verdict};
 use meltpath_thermal::charts::file as chart_file;
 
+use super::cost;
 use super::error::EbmError;
 use super::gun::drawn::foretold;
+use super::judge::verdict;
 use super::plan::{Plan, planned};
 use super::simulate::simulate;
-use super::{cost, verdict};
 use crate::job::{EbmJob, JobError, Written};
 use crate::outcome::{self, Examined};
 use crate::views;

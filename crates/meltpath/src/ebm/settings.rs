@@ -19,11 +19,11 @@ use meltpath_thermal::solver::source::Depth;
 use meltpath_thermal::solver::surface::Surface;
 
 use super::correct::Correct;
-use super::focus;
 use super::gun;
-use super::hatch::{BeamHatch, law};
 use super::optimise::Optimise;
-use super::region::{Below, Contour};
+use crate::ebm::gun::focus;
+use crate::ebm::plan::hatch::{BeamHatch, law};
+use crate::ebm::plan::region::{Below, Contour};
 use crate::job::ebm::{
     ChartMemory, EbmJob, EbmTable, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable,
     LayerMemory, Point, Ring, Vapour,

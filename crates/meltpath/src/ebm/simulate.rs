@@ -9,19 +9,19 @@ use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
-use super::charts::{Charts, charts_of};
 use super::correct::rounds::{Corrected, corrected};
 use super::cost::{Cost, extent};
-use super::drawn::Drawn;
-use super::ends;
 use super::error::EbmError;
-use super::film::{self, Film};
 use super::gun::drawn::{self as at_gun, AtGun};
 use super::judge::{self, Judged, JudgedPath, Previewed};
 use super::optimise::search::{Found, on_charts, on_reference};
 use super::plan::{Plan, Window};
-use super::region::{Below, Contour};
 use super::settings::Settings;
+use crate::ebm::judge::ends;
+use crate::ebm::plan::region::{Below, Contour};
+use crate::ebm::preview::charts::{Charts, charts_of};
+use crate::ebm::preview::drawn::Drawn;
+use crate::ebm::preview::film::{self, Film};
 use crate::job::ebm::{Change, ChartPreview, OptimiseSolver};
 
 /// Everything a run finds.

@@ -8,7 +8,7 @@ use meltpath_gun::Gun;
 use meltpath_gun::focus::{FocusCalibration, stuck_grains};
 use meltpath_thermal::calibration::coupon::{BeamSetting, Coupon};
 
-use crate::ebm::focus;
+use crate::ebm::gun::focus;
 use crate::job::{JobError, Problems, text_of};
 
 table! {

@@ -12,7 +12,7 @@ use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
 use super::plan::Plan;
 use super::result::MODES;
-use super::work::Work;
+use crate::lpbf::plan::work::Work;
 
 /// Side of the squares that are simulated, at most, mm.
 pub(crate) const SIDE: f64 = 5.0;

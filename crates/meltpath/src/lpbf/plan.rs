@@ -1,5 +1,9 @@
 //! The plan of a scan-head job: squares laid out, layers read or a part cut and hatched, from the resolved settings.
 
+pub mod file_layers;
+pub mod section;
+pub mod work;
+
 use std::path::Path;
 
 use meltpath_base::settings::Problem;
@@ -7,11 +11,11 @@ use meltpath_base::{Length, Observer, Provenance, Reporter, Warning};
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::files::PlateTable;
 
-use super::file_layers::FileLayers;
-use super::section::Section;
 use super::settings::Settings;
-use super::work::{LayerSet, Source, Work};
 use crate::job::lpbf::{LpbfJob, PlateExtent, PlateTable as SquaresTable};
+use crate::lpbf::plan::file_layers::FileLayers;
+use crate::lpbf::plan::section::Section;
+use crate::lpbf::plan::work::{LayerSet, Source, Work};
 
 /// What is executed, and how.
 #[derive(Debug, Clone, PartialEq)]

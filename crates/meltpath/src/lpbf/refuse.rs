@@ -11,8 +11,8 @@ use meltpath_scan_head::optics::correction::CorrectionError;
 use meltpath_scan_head::optics::geometry::GeometryError;
 
 use super::plan::Plan;
-use super::work::{Source, Work};
 use crate::job::lpbf::{DelayChoice, LpbfJob};
+use crate::lpbf::plan::work::{Source, Work};
 use crate::tune::choose::ready_for;
 
 /// Looks through the job of each recipe; refuses a head that cannot be built, squares that are none, and work that leaves the field.

@@ -30,10 +30,10 @@ use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
 use self::shares::Shares;
-use crate::ebm::drawn::Drawn;
 use crate::ebm::judge::of_all;
-use crate::ebm::path_file::write_parquet;
 use crate::ebm::plan::Plan;
+use crate::ebm::plan::path_file::write_parquet;
+use crate::ebm::preview::drawn::Drawn;
 use crate::ebm::simulate::{Outcome, Preview};
 
 fn celsius(kelvin: &[f32]) -> Vec<f32> {

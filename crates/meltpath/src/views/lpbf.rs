@@ -19,8 +19,8 @@ use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
 use crate::lpbf::plan::Plan;
+use crate::lpbf::plan::work::Work;
 use crate::lpbf::result::{MODES, RecipeResult};
-use crate::lpbf::work::Work;
 use crate::views::lpbf::comparison::Comparison;
 
 /// Side of the corner that is drawn, mm.

@@ -22,9 +22,9 @@ use meltpath_toolpath::Toolpath;
 
 use crate::stages::part::Part;
 use crate::views::write_csv;
+use crate::waam::deposit::simulate::Simulation;
+use crate::waam::drive::record::Sample;
 use crate::waam::judge::{GrowthError, LayerOutcome, Limits};
-use crate::waam::record::Sample;
-use crate::waam::simulate::Simulation;
 
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;

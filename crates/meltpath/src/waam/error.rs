@@ -11,11 +11,11 @@ use meltpath_robot::interpolation::fir::MotionError;
 
 use super::plan::PlanStageError;
 use super::program::ProgramStageError;
-use super::simulate::SimulateError;
 use super::surface::plan::SurfacePlanError;
-use super::target::TargetError;
 use crate::cancel::{Stop, cancellable, stops};
 use crate::stages::part::PartError;
+use crate::waam::deposit::simulate::SimulateError;
+use crate::waam::deposit::target::TargetError;
 
 /// Why a wire-arc job or one of its stages could not be done. Nothing was written then.
 #[derive(Debug, thiserror::Error)]

@@ -8,26 +8,26 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_robot::command::{Command, Source};
 
-use super::checks::{borrowed_check, build_facts, programmed, range_check};
-use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
 use super::loaded::{SHOWN_WARNINGS, load, other_process, subtitle};
-use super::metal::{self, Laid, against_part};
-use super::own::own_plan;
 use super::plan::{self, Plan, PlanStageError};
 use super::program::{self, Commands};
-use super::program_files;
-use super::reach;
 use super::run::{Shown, load_part, write_common};
 use super::settings::{Settings, resolve};
-use super::simulate::{Build, PlannedLayer, simulate};
-use super::tube;
 use crate::job::{self, Job, JobError};
 use crate::outcome::{self, Outcome, record_inputs};
 use crate::stages::part::Part;
 use crate::start::WAAM_TEMPLATE;
 use crate::views::waam::sheet::operator_sheet;
+use crate::waam::deposit::metal::{self, Laid, against_part};
+use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
+use crate::waam::deposit::tube;
+use crate::waam::drive::reach;
+use crate::waam::judge::checks::{borrowed_check, build_facts, programmed, range_check};
+use crate::waam::judge::doubt::{self, Doubt};
+use crate::waam::plan::own::own_plan;
+use crate::waam::program::files;
 
 /// Beads may begin so far from the plate, mm, before it is asked where the plate lies: a third of the usual distance of the contact tube.
 const FROM_THE_PLATE: f64 = 5.0;
@@ -56,8 +56,8 @@ pub fn simulate_program(
     };
     let settings = &told;
     let cell = &settings.cell.program;
-    let main = &program_files::main_of(main, cell)?;
-    let (parsed, files) = program_files::read(main, cell, &reporter)?;
+    let main = &files::main_of(main, cell)?;
+    let (parsed, files) = files::read(main, cell, &reporter)?;
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
     let commands = commands;

@@ -1,13 +1,16 @@
 //! The verdict of a wire-arc build: predicted values against the job's limits, each with its uncertainty.
 
+pub(crate) mod checks;
+pub(crate) mod doubt;
+
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Check, Limit, Measure, Place};
 use meltpath_deposition::deposit::TubeDistance;
 use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::DVec3;
 
-use super::target::Comparison;
 use crate::job::waam::Starts;
+use crate::waam::deposit::target::Comparison;
 
 /// The standard uncertainty of growth, and what becomes of it as the build grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -290,8 +293,8 @@ pub fn layer_checks(
 mod tests {
     use meltpath_base::Status;
 
-    use super::super::target::SurfacePoint;
     use super::*;
+    use crate::waam::deposit::target::SurfacePoint;
 
     const REMEDIES: Remedies = Remedies {
         height: "height",

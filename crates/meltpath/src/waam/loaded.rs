@@ -8,16 +8,16 @@ use meltpath_base::{Check, Observer, Provenance, Reporter};
 use meltpath_programs::TextFile;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::program_check;
 use super::error::WaamError;
-use super::hold;
-use super::named::absent_part;
 use super::program::{Commands, Programs};
 use super::settings::{Settings, resolve};
-use super::wanted::Wanted;
 use crate::inputs;
 use crate::job::{self, Job, JobError, WaamJob, Written};
 use crate::outcome::record_inputs;
+use crate::waam::drive::hold;
+use crate::waam::judge::checks::program_check;
+use crate::waam::program::wanted::Wanted;
+use crate::waam::settings::named::absent_part;
 
 /// Warnings of one kind that a verdict tells one by one.
 pub(super) const SHOWN_WARNINGS: usize = 3;

@@ -1,5 +1,12 @@
 //! The plan: layers of the part, each filled with beads, at heights that follow from the growth of the bead.
 
+pub(crate) mod cover;
+pub(crate) mod foretell;
+pub(crate) mod heights;
+pub(crate) mod mend;
+pub(crate) mod own;
+pub(crate) mod planned;
+
 use meltpath_base::{Length, Observer, Origin, Reporter, Resolved};
 use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec2;
@@ -13,12 +20,14 @@ use meltpath_planning::Coverage;
 use meltpath_toolpath::{Profile, Toolpath};
 use rayon::prelude::*;
 
-pub use super::cover::{Lean, PlanStageError};
-use super::cover::{covered, cut, fill, lean, no_bead, single_share, tell_closed_holes};
-use super::heights::{LaidOut, lay_out};
 use super::settings::Settings;
-use super::simulate::PlannedLayer;
 use crate::stages::part::Part;
+use crate::waam::deposit::simulate::PlannedLayer;
+pub use crate::waam::plan::cover::{Lean, PlanStageError};
+use crate::waam::plan::cover::{
+    covered, cut, fill, lean, no_bead, single_share, tell_closed_holes,
+};
+use crate::waam::plan::heights::{LaidOut, lay_out};
 
 /// A plan with what it follows from.
 #[derive(Debug)]

@@ -2,6 +2,11 @@
 //!
 //! The simulation starts from what was read back, rounding included.
 
+pub(crate) mod by_joints;
+pub(crate) mod files;
+pub(crate) mod to_folder;
+pub mod wanted;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,11 +25,10 @@ use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
-use super::arm_way::ArmWay;
-use super::by_joints;
 use super::settings::Settings;
-use super::wanted::{Asked, Torch};
 use crate::job::waam::LayerRelease;
+use crate::waam::drive::arm_way::ArmWay;
+use crate::waam::program::wanted::{Asked, Torch};
 
 /// Why there is no program, or why it cannot be run.
 #[derive(Debug, thiserror::Error)]

@@ -11,21 +11,12 @@ use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{build_facts, fixed_torch_check, plan_facts};
-use super::doubt::{self, Doubt};
 use super::error::WaamError;
-use super::film::Step;
-use super::foretell::Built;
 use super::judge::GrowthError;
-use super::lean::Turned;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
-use super::mend::{leaves_open, mend, settle};
 use super::plan;
-use super::planned::Planned;
 use super::program::Commands;
-use super::reach;
 use super::settings::{Settings, laws_tried};
-use super::simulate::Simulation;
 use super::surface;
 use crate::job::JobError;
 use crate::job::common::SubstrateTable;
@@ -33,6 +24,15 @@ use crate::outcome::{self, Examined, Outcome};
 use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
+use crate::waam::deposit::simulate::Simulation;
+use crate::waam::drive::film::Step;
+use crate::waam::drive::lean::Turned;
+use crate::waam::drive::reach;
+use crate::waam::judge::checks::{build_facts, fixed_torch_check, plan_facts};
+use crate::waam::judge::doubt::{self, Doubt};
+use crate::waam::plan::foretell::Built;
+use crate::waam::plan::mend::{leaves_open, mend, settle};
+use crate::waam::plan::planned::Planned;
 
 /// The part of a job; refused where the job's plate is smaller.
 pub(super) fn load_part(

@@ -1,5 +1,10 @@
 //! Every value of a wire-arc job resolved: what was written, the stated defaults, what the process map says.
 
+pub(crate) mod bead;
+pub(crate) mod machine;
+pub(crate) mod named;
+pub(crate) mod process;
+
 use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
@@ -19,10 +24,9 @@ use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 
-use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead, with_unit};
+use self::machine::{Machine, nominal_distance};
+use self::process::Process;
 use super::judge::{GrowthError, Limits, Remedies};
-use super::machine::{self, Machine, nominal_distance};
-use super::process::{self, Process};
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
@@ -30,6 +34,9 @@ use crate::job::waam::{
     LayerRelease, Spacing, Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
+use crate::waam::settings::bead::{
+    PER_MINUTE, check_heights, datum, feed_response, solve_bead, with_unit,
+};
 
 /// A job with every value resolved.
 #[derive(Debug, Clone)]

@@ -13,9 +13,9 @@ use meltpath_deposition::process_map::Bead;
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::surface::TorchRule;
 
-use super::bead::FREE_EDGE;
 use crate::job::WaamJob;
 use crate::job::waam::{SurfaceStrategyChoice, TorchChoice};
+use crate::waam::settings::bead::FREE_EDGE;
 
 /// What a job asks of a wall on a surface.
 #[derive(Debug, Clone, PartialEq)]

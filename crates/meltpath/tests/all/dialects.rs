@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::support::{check, thin_wall};
-use meltpath::waam::wanted::{Restart, Torch, Wanted};
+use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::cells;

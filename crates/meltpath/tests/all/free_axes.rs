@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use crate::dialects::cell;
 use crate::support::{check, thin_wall, write};
-use meltpath::waam::wanted::Wanted;
+use meltpath::waam::program::wanted::Wanted;
 use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Observer, Reporter, Silent, Status};
 use meltpath_data::{find, robots};

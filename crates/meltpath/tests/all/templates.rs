@@ -4,7 +4,7 @@ use crate::support::says;
 use std::fs;
 use std::path::Path;
 
-use meltpath::waam::wanted::Wanted;
+use meltpath::waam::program::wanted::Wanted;
 use meltpath::{chain, start, waam};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;

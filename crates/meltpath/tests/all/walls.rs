@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use meltpath::job::{Job, parse};
+use meltpath::waam::deposit::simulate::{Build, Simulation, simulate};
 use meltpath::waam::settings::{Settings, resolve};
-use meltpath::waam::simulate::{Build, Simulation, simulate};
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec2, DVec3};

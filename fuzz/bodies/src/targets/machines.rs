@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use meltpath::data::Cell;
-use meltpath::ebm::focus;
+use meltpath::ebm::gun::focus;
 use meltpath::health::history::{Entry, History};
 use meltpath::job::Written;
 use meltpath::tune::{file::TuneFile, settings as tuning};

@@ -13,10 +13,10 @@ use meltpath_thermal::grid::Field;
 use super::Correct;
 use crate::ebm::error::EbmError;
 use crate::ebm::gun::drawn as at_gun;
+use crate::ebm::judge::under::{body, domain, ground};
 use crate::ebm::judge::{Outside, of_all, outside, tally, windows};
 use crate::ebm::plan::Plan;
 use crate::ebm::settings::Judge;
-use crate::ebm::under::{body, domain, ground};
 
 /// What a path of one round makes of the section.
 #[derive(Debug, Clone)]

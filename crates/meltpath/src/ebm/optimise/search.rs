@@ -19,10 +19,10 @@ use meltpath_thermal::solver::run::draw as draw_path;
 
 use super::{AHEAD, Optimise, TRIAL_ROUNDS};
 use crate::ebm::error::EbmError;
+use crate::ebm::judge::under::{body, ground};
 use crate::ebm::judge::{centre, middle, tally};
 use crate::ebm::plan::{Plan, Window};
 use crate::ebm::settings::Settings;
-use crate::ebm::under::{body, ground};
 use crate::job::ebm::OptimiseMethod;
 
 /// What was tried of a candidate.

@@ -6,7 +6,7 @@ use meltpath_report::plot::{Axis, Film as Shots, Map, Mark, Plot, Shot};
 use meltpath_report::scene;
 use meltpath_thermal::material::CELSIUS;
 
-use crate::ebm::film::{Cut, Film};
+use crate::ebm::preview::film::{Cut, Film};
 
 /// The cells of the pictures of the build plane.
 pub(super) fn plane(film: &Film) -> scene::Grid {

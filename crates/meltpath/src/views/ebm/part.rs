@@ -4,7 +4,7 @@ use meltpath_report::html::Section;
 use meltpath_report::table::{Cell, Table};
 
 use crate::ebm::plan::Plan;
-use crate::ebm::region::Below;
+use crate::ebm::plan::region::Below;
 use crate::ebm::settings::Settings;
 
 /// What is drawn and how rough it becomes; `None` where neither is known.

@@ -14,7 +14,7 @@ use meltpath_thermal::criteria::{Class, Classes};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 
-use crate::ebm::along::{Along, index};
+use crate::ebm::preview::along::{Along, index};
 use crate::ebm::settings::Settings;
 use crate::ebm::simulate::Outcome;
 use crate::views::ebm::film;

@@ -6,8 +6,8 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
 
 use crate::lpbf::plan::Plan;
+use crate::lpbf::plan::work::Work;
 use crate::lpbf::result::{MODES, RecipeResult};
-use crate::lpbf::work::Work;
 
 /// One quantity, of each recipe.
 struct Line {

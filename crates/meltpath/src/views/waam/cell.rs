@@ -13,7 +13,7 @@ use meltpath_robot::kinematics::{Chain, JointKind, Limits};
 use meltpath_robot::summary::CommandRecord;
 
 use super::joints;
-use crate::waam::film::{Moment, Step, moments, timed};
+use crate::waam::drive::film::{Moment, Step, moments, timed};
 use crate::waam::program::Commands;
 
 /// Radius of links, torch and nozzle where the cell's file tells no shapes, mm: lines that can be seen.

@@ -8,7 +8,7 @@ use meltpath_report::series::{Column, Kind, SeriesError, Values};
 use meltpath_robot::cell::Cell;
 use meltpath_robot::kinematics::JointKind;
 
-use crate::waam::film::Step;
+use crate::waam::drive::film::Step;
 use crate::waam::program::Commands;
 
 /// Rows that are written together.

@@ -6,9 +6,9 @@ use meltpath_report::table::{Cell, Table};
 use meltpath_robot::cell::Arrangement;
 
 use crate::job::waam::LayerRelease;
-use crate::waam::checks::wire_mass;
+use crate::waam::deposit::simulate::Simulation;
+use crate::waam::judge::checks::wire_mass;
 use crate::waam::settings::Settings;
-use crate::waam::simulate::Simulation;
 
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;

@@ -12,11 +12,11 @@ use meltpath_robot::interpolation::fir;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use super::plan::SurfacePlan;
+use crate::waam::deposit::simulate::SimulateError;
+use crate::waam::drive::record::{Recorder, Sample};
 use crate::waam::judge::{LayerOutcome, TubePlace};
 use crate::waam::program::Commands;
-use crate::waam::record::{Recorder, Sample};
 use crate::waam::settings::Settings;
-use crate::waam::simulate::SimulateError;
 
 /// Voxels along the bead's width at least.
 const ACROSS: f64 = 12.0;

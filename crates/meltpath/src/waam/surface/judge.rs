@@ -9,7 +9,7 @@ use meltpath_robot::cell::Arrangement;
 
 use super::Asked;
 use super::plan::SurfacePlan;
-use crate::waam::lean::{self, Turned};
+use crate::waam::drive::lean::{self, Turned};
 use crate::waam::settings::Settings;
 
 fn place(at: &Extreme) -> Place {

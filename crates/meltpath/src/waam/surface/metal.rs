@@ -11,11 +11,11 @@ use meltpath_planning::surface::torch_axes;
 use super::Asked;
 use super::grow::{Grown, outcomes, tube_place};
 use super::plan::SurfacePlan;
-use crate::waam::doubt::{self, Doubt};
+use crate::waam::deposit::tube;
+use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::{TubePlace, layer_checks};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
-use crate::waam::tube;
 
 /// The torch may lean so far aside from the wall before its bead is lopsided, rad: 10°.
 const ASIDE: f64 = 0.175;

@@ -10,8 +10,8 @@ use super::wall::{load_sheet, wall};
 use crate::outcome::{self, Examined, Outcome};
 use crate::views;
 use crate::waam::error::WaamError;
-use crate::waam::foretell;
 use crate::waam::loaded::{Loaded, SHOWN_WARNINGS, subtitle};
+use crate::waam::plan::foretell;
 
 /// The run into a new folder.
 pub(in crate::waam) fn run(

@@ -12,15 +12,15 @@ use super::grow::{Grown, drive};
 use super::plan::{SurfacePlan, plan};
 use super::{Asked, judge, metal};
 use crate::stages::sheet::{self, Sheet};
-use crate::waam::checks::{borrowed_check, fixed_torch_check, planned, range_check};
-use crate::waam::columns;
+use crate::waam::drive::columns;
+use crate::waam::drive::film::Step;
+use crate::waam::drive::reach;
+use crate::waam::drive::record::Sample;
 use crate::waam::error::WaamError;
-use crate::waam::film::Step;
+use crate::waam::judge::checks::{borrowed_check, fixed_torch_check, planned, range_check};
 use crate::waam::loaded::{Loaded, written};
-use crate::waam::planned::read_back;
+use crate::waam::plan::planned::read_back;
 use crate::waam::program::Commands;
-use crate::waam::reach;
-use crate::waam::record::Sample;
 use crate::waam::settings::Settings;
 
 /// Everything about a wall on a surface.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{plan_of, says};
 use meltpath::chain;
 use meltpath::chain::RunError;
-use meltpath::ebm::region::Below;
+use meltpath::ebm::plan::region::Below;
 use meltpath::ebm::simulate::{Outcome, simulate};
 use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};

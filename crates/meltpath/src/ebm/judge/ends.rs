@@ -1,0 +1,175 @@
+//! Where a pool of conduction ends: the laws of the material, and what its surface tension holds against the recoil of vapour.
+
+use meltpath_base::{Fact, Measure, Reporter};
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::criteria::{Classes, Tally};
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::material::pool_limit::pool_limit;
+
+use crate::ebm::settings::{Good, Settings};
+
+/// What ends at a temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// The laws of the material.
+    Laws,
+    /// The pool's surface under the beam: vapour presses harder than the tension of a surface curved by this radius, mm, holds, Pa.
+    Surface {
+        /// Half the widest spot of the path.
+        radius: f64,
+        /// Pressure that the tension holds.
+        pressure: f64,
+    },
+}
+
+/// An end that a path passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// What ends.
+    pub end: End,
+    /// Where, K.
+    pub kelvin: f64,
+    /// The hottest place of the surface, K.
+    pub hottest: f64,
+    /// Share of the section whose surface is hotter than the end.
+    pub share: f64,
+}
+
+/// What is known of the ends of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ends {
+    /// Those that it passes, the one that comes first on top.
+    pub passed: Vec<Passed>,
+    /// Whether the material tells where vapour moves the pool.
+    pub known: bool,
+}
+
+/// The ends that `path` passes, of whose uppermost cells `surface` holds the highest temperatures; `section` tallies what is judged.
+pub(in crate::ebm) fn ends(
+    settings: &Settings,
+    path: &BeamPath,
+    surface: &Field,
+    section: impl Fn(&Field, &Classes) -> Tally,
+) -> Ends {
+    let material = &settings.material;
+    let on = path.points().iter().filter(|p| p.is_on());
+    let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
+    let pool = pool_limit(material, radius, settings.job.ebm.chamber.0);
+    let surface_ends = pool.map(|limit| {
+        let pressure = limit.pressure;
+        (End::Surface { radius, pressure }, limit.kelvin)
+    });
+    let hottest = surface.largest().0;
+    let above = |(end, kelvin): (End, f64)| {
+        let classes = Classes {
+            melting: kelvin,
+            window: [kelvin, f64::INFINITY],
+        };
+        let tally = section(surface, &classes);
+        Passed {
+            end,
+            kelvin,
+            hottest,
+            share: tally.molten() as f64 / tally.voxels.max(1) as f64,
+        }
+    };
+    let all = [Some((End::Laws, material.range[1])), surface_ends];
+    let mut passed: Vec<Passed> = all
+        .into_iter()
+        .flatten()
+        .filter(|(_, kelvin)| hottest > *kelvin)
+        .map(above)
+        .collect();
+    passed.sort_by(|a, b| a.kelvin.total_cmp(&b.kelvin));
+    Ends {
+        passed,
+        known: pool.is_some(),
+    }
+}
+
+impl Passed {
+    /// What is passed, by how much and where.
+    pub fn words(&self, material: &str) -> String {
+        let what = match self.end {
+            End::Laws => format!("the laws of {material} end"),
+            End::Surface { .. } => "a still pool ends".to_owned(),
+        };
+        format!(
+            "the surface reaches {:.0} °C, {:.0} K above {:.0} °C, where {what}; {:.1} % of the section are hotter than that",
+            self.hottest - CELSIUS,
+            self.hottest - self.kelvin,
+            self.kelvin - CELSIUS,
+            100.0 * self.share
+        )
+    }
+
+    /// Where a still pool ends, and why.
+    pub fn fact(&self) -> Option<Fact> {
+        let End::Surface { radius, pressure } = self.end else {
+            return None;
+        };
+        let words = format!(
+            "the recoil of vapour passes there the {:.1} kPa that surface tension holds over the beam's radius of {radius:.2} mm, and heat is no longer conducted through a still pool",
+            1e-3 * pressure
+        );
+        let place = Measure::exact(self.kelvin - CELSIUS, "°C");
+        let title = "temperature of the surface at which a still pool ends";
+        Some(Fact::new("pool-end", title, place, &words))
+    }
+}
+
+/// Warns where a window lies above the end of a pool of conduction under the widest spot of `path`: whatever the path, no verdict
+/// could say that it is reached.
+pub(in crate::ebm) fn tell_of_window(
+    settings: &Settings,
+    path: &BeamPath,
+    [low, high]: [f64; 2],
+    reporter: &Reporter,
+) {
+    let on = path.points().iter().filter(|p| p.is_on());
+    let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
+    let Some(limit) = pool_limit(&settings.material, radius, settings.job.ebm.chamber.0) else {
+        return;
+    };
+    if low >= limit.kelvin {
+        reporter.warn(
+            "window-beyond-pool",
+            format!(
+                "the window, {:.0} to {:.0} °C, lies above {:.0} °C, where vapour pushes the melt of {} aside under this beam: no path can be judged in it",
+                low - CELSIUS,
+                high - CELSIUS,
+                limit.kelvin - CELSIUS,
+                settings.material.name
+            ),
+            match settings.window {
+                Good::Limits(_) => "a lower window.low",
+                Good::Path { .. } | Good::Body { .. } => {
+                    "a good body, and the path, drawn with less current, faster, or with lines further apart"
+                }
+            },
+        );
+    }
+}
+
+/// Warns where fields of the reference solver leave the range of the laws.
+pub(in crate::ebm) fn tell<'a>(
+    fields: impl Iterator<Item = &'a Field>,
+    settings: &Settings,
+    reporter: &Reporter,
+) {
+    let material = &settings.material;
+    let hottest = fields.map(|f| f.largest().0).fold(0.0, f64::max);
+    if hottest > material.range[1] {
+        reporter.warn(
+            "laws-extrapolated-reference",
+            format!(
+                "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
+                hottest - CELSIUS,
+                material.name,
+                material.range[1] - CELSIUS
+            ),
+            "shares compare strategies on one scale; read no boiling or evaporation from them",
+        );
+    }
+}

@@ -1,0 +1,138 @@
+//! Layers that other software made, from their file: one in memory at a time, each time they are wanted.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_programs::{cli, vectors};
+use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::job::Planned;
+use meltpath_toolpath::Layer;
+
+use crate::job::lpbf::LayersTable;
+
+/// The layers of a file that are executed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileLayers {
+    path: PathBuf,
+    range: [u32; 2],
+    /// The point of the file that lies at the centre of the field, mm.
+    origin: DVec3,
+    /// Layers of the file up to the last one that is executed.
+    until: usize,
+    /// The only one that is executed, as the head meets it.
+    only: Option<Layer>,
+    /// How many are executed, and how many the file has.
+    pub(in crate::lpbf) counts: [usize; 2],
+    /// The numbers of the first and the last one that are executed.
+    pub(in crate::lpbf) numbers: [u32; 2],
+}
+
+type Read = Box<dyn Iterator<Item = Result<Layer, String>> + Send>;
+
+/// The layers of a file, one after the other; what is wrong in words.
+fn layers(path: &Path) -> Result<Read, String> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
+    let from = File::open(path).map_err(|e| format!("cannot read the layers: {e}"))?;
+    let from = BufReader::new(from);
+    match extension.as_str() {
+        "cli" => {
+            let layers = cli::Reader::new(from).map_err(|e| e.to_string())?;
+            Ok(Box::new(layers.map(|l| l.map_err(|e| e.to_string()))))
+        }
+        "csv" => {
+            let layers = vectors::Reader::new(from).map_err(|e| e.to_string())?;
+            Ok(Box::new(layers.map(|l| l.map_err(|e| e.to_string()))))
+        }
+        other => Err(format!(
+            "it ends in \"{other}\": layers are read from .cli files and from vector lists (.csv)"
+        )),
+    }
+}
+
+impl FileLayers {
+    /// Looks through a layer file (`.cli`) or vector list (`.csv`) and chooses its layers. What is wrong comes back in words.
+    ///
+    /// # Errors
+    /// A message that names the file, the place in it and what to write.
+    pub fn choose(path: &Path, shown: &str, table: &LayersTable) -> Result<Self, String> {
+        let named = |what: String| format!("\"{shown}\": {what}");
+        let (mut count, mut chosen, mut until, mut longest) = (0, 0, 0, 0.0);
+        let mut all: Option<[u32; 2]> = None;
+        let mut numbers = [0; 2];
+        let mut only: Option<Layer> = None;
+        for layer in layers(path).map_err(named)? {
+            let layer = layer.map_err(named)?;
+            let number = layer.number;
+            count += 1;
+            all = Some([all.map_or(number, |n| n[0]), number]);
+            let marked = layer.deposited_length();
+            let wanted = match *table.range {
+                None => marked > longest,
+                Some([first, last]) => marked > 0.0 && (first..=last).contains(&number),
+            };
+            longest = marked.max(longest);
+            if wanted {
+                // without a range the longest layer so far takes the place of the one before
+                chosen = if table.range.is_some() { chosen + 1 } else { 1 };
+                numbers = [if chosen == 1 { number } else { numbers[0] }, number];
+                until = count;
+                only = (chosen == 1).then_some(layer);
+            }
+        }
+        if longest <= 0.0 {
+            return Err(format!(
+                "\"{shown}\" marks nothing in any of its {count} layers"
+            ));
+        }
+        if chosen == 0 {
+            let [first, last] = table.range.unwrap_or_default();
+            let [lowest, highest] = all.unwrap_or_default();
+            return Err(format!(
+                "none of the layers {first} to {last} of \"{shown}\" marks anything; it holds the layers {lowest} to {highest}"
+            ));
+        }
+        let origin = DVec2::from_array(table.origin.map(|l| l.0)).extend(0.0);
+        if let Some(layer) = &mut only {
+            layer.translate(-origin);
+        }
+        Ok(FileLayers {
+            path: path.to_path_buf(),
+            range: table.range.unwrap_or(numbers),
+            origin,
+            until,
+            only,
+            counts: [chosen, count],
+            numbers,
+        })
+    }
+
+    /// Those that are executed, one after the other.
+    ///
+    /// # Errors
+    /// [`HeadError::Layer`] of a file that cannot be read any more.
+    pub(in crate::lpbf) fn layers(&self) -> Result<Planned<'_>, HeadError> {
+        if let Some(only) = &self.only {
+            return Ok(Box::new(std::iter::once(Ok(Cow::Borrowed(only)))));
+        }
+        let all = layers(&self.path).map_err(HeadError::Layer)?;
+        let [first, last] = self.range;
+        Ok(Box::new(all.take(self.until).filter_map(
+            move |layer| match layer {
+                Err(e) => Some(Err(HeadError::Layer(e))),
+                Ok(mut layer) => {
+                    let wanted = (first..=last).contains(&layer.number);
+                    (wanted && layer.deposited_length() > 0.0).then(|| {
+                        layer.translate(-self.origin);
+                        Ok(Cow::Owned(layer))
+                    })
+                }
+            },
+        )))
+    }
+}

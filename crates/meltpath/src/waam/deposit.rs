@@ -1,0 +1,6 @@
+//! Metal: laid by the simulated motion, held against the part and against the distances of the contact tube.
+
+pub(crate) mod metal;
+pub mod simulate;
+pub mod target;
+pub(crate) mod tube;

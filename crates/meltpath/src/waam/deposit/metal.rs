@@ -1,0 +1,94 @@
+//! What is checked of laid metal, however it was laid: against the part, layer by layer, and by the distance of the contact tube.
+
+use meltpath_base::{Check, Observer, Reporter};
+use meltpath_geometry::workpiece::HeightMap;
+
+use crate::stages::part::Part;
+use crate::waam::deposit::target::{Allowance, Target, compare};
+use crate::waam::deposit::tube;
+use crate::waam::error::WaamError;
+use crate::waam::judge::checks::{
+    borrowed_check, overhang_check, planned, plate_check, range_check,
+};
+use crate::waam::judge::doubt::{self, Doubt};
+use crate::waam::judge::{
+    GrowthError, LayerOutcome, TargetOutcome, TubePlace, layer_checks, target_checks,
+};
+use crate::waam::plan::{Lean, Plan};
+use crate::waam::settings::Settings;
+
+/// Metal as it was laid.
+pub(in crate::waam) struct Laid<'a> {
+    /// Layer by layer.
+    pub(in crate::waam) layers: &'a [LayerOutcome],
+    /// Contact tube distance along the beads.
+    pub(in crate::waam) ctwd: &'a [TubePlace],
+    /// The surface.
+    pub(in crate::waam) map: &'a HeightMap,
+}
+
+/// The checks of a plan and of its metal.
+pub(in crate::waam) fn checks(
+    laid: &Laid<'_>,
+    (part, plan): (&Part, &Plan),
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Vec<Check>, WaamError> {
+    let growth = settings.growth_error(plan.single);
+    let over = plan.over.value;
+    let outcome = against_part(
+        part,
+        settings,
+        over,
+        laid.map,
+        &growth,
+        (reporter, observer),
+    )?;
+    let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
+    checks.extend(layer_checks(
+        laid.layers,
+        &growth,
+        &settings.limits,
+        &settings.remedies,
+    ));
+    checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
+    doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
+    checks.extend(range_check(planned(&plan.toolpath), settings));
+    checks.extend(borrowed_check(settings));
+    checks.push(overhang_check(plan, settings));
+    checks.extend(plate_check(plan, settings));
+    Ok(checks)
+}
+
+/// What keeps a plan's metal from being decided about.
+fn doubts(lean: Option<&Lean>, settings: &Settings) -> Vec<Doubt> {
+    let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
+    lean.map(doubt::of_lean)
+        .into_iter()
+        .chain(corners)
+        .collect()
+}
+
+/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it; `over`: metal
+/// planned over faces that look up, mm.
+pub(in crate::waam) fn against_part(
+    part: &Part,
+    settings: &Settings,
+    over: f64,
+    metal: &HeightMap,
+    growth: &GrowthError,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<TargetOutcome, WaamError> {
+    let allowance = Allowance {
+        side: settings.allowance,
+        top: over,
+    };
+    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
+    let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
+    Ok(TargetOutcome {
+        volume: target.volume,
+        expected: at(0.0),
+        low: at(-1.0),
+        high: at(1.0),
+    })
+}

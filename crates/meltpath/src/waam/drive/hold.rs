@@ -1,0 +1,442 @@
+//! How the job's robot holds the torch along programs, and what their positions then say.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::program::{
+    Axis, Coordinates, Instruction, MotionKind, Position, PositionRef,
+};
+use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
+use meltpath_robot::cell::{Cell, External, Stance, Values};
+use meltpath_robot::collision::{Clearance, Cleared, Metal, Surroundings, hold_clear};
+use meltpath_robot::command::{Kind, Source};
+use meltpath_robot::posture::{self, End, Follower, Held, NotHeld, Rotation, Task, hold};
+use meltpath_toolpath::Toolpath;
+
+use crate::job::waam::ExternalChoice;
+use crate::waam::drive::arm_way::ArmWay;
+use crate::waam::drive::columns as metal;
+use crate::waam::program::wanted::{Asked, Torch};
+use crate::waam::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
+use crate::waam::settings::Settings;
+
+/// Room that the way keeps beyond what the verdict asks for, mm.
+const SPARE: f64 = 1.0;
+
+/// The programs of a toolpath, their positions as the job's robot holds them, written and read back. A way that is `known` of programs of
+/// the same moves is not looked for again.
+///
+/// # Errors
+/// [`ProgramStageError`].
+pub(in crate::waam) fn write(
+    name: &str,
+    toolpath: &Toolpath,
+    asked: Asked,
+    settings: &Settings,
+    known: Option<&Arc<ArmWay>>,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Programs, ProgramStageError> {
+    let turned = turned(toolpath, settings);
+    let toolpath = turned.as_ref().unwrap_or(toolpath);
+    let mut built = program::make(name, toolpath, asked, settings, reporter)?;
+    let chosen = choose(
+        (&mut built.programs, &built.schedules),
+        settings,
+        known,
+        observer,
+    )?;
+    if asked.1.torch == Torch::Dry {
+        dry_run(&mut built.programs);
+    }
+    let programs = program::write(built, &settings.cell.program)?;
+    Ok(Programs { chosen, ..programs })
+}
+
+/// The same toolpath for programs that are to say where the positioner stands: at rest until that is chosen. Nothing where programs
+/// need not say it.
+fn turned(toolpath: &Toolpath, settings: &Settings) -> Option<Toolpath> {
+    let cell = settings.robot.as_ref()?;
+    let count = cell.positioner.as_ref()?.joints.len();
+    if settings.external == ExternalChoice::Standing || settings.programs.is_empty() {
+        return None;
+    }
+    let mut toolpath = toolpath.clone();
+    let rest = cell.at_rest().positioner;
+    for layer in &mut toolpath.layers {
+        for (axis, value) in rest.iter().enumerate().take(count) {
+            layer.stand(axis, *value);
+        }
+    }
+    Some(toolpath)
+}
+
+/// Chooses how the robot holds the torch along programs, and writes it into their positions. Where it cannot hold it they stay as
+/// they are: [`along`] tells why.
+fn choose(
+    (programs, schedules): (&mut [Program], &[Schedule]),
+    settings: &Settings,
+    known: Option<&Arc<ArmWay>>,
+    observer: &dyn Observer,
+) -> Result<Chosen, ProgramStageError> {
+    let Some(cell) = &settings.robot else {
+        return Ok(Chosen::default());
+    };
+    let moves = commands(programs, schedules, settings, &Reporter::new())?;
+    if moves.turns {
+        return Ok(Chosen::default());
+    }
+    let any = BTreeMap::new();
+    let axes = match settings.external {
+        ExternalChoice::Standing => posture::Axes::Standing,
+        ExternalChoice::Free => posture::Axes::Free,
+    };
+    let task = Task {
+        axes,
+        ..task(cell, &moves, Rotation::Free, &any)
+    };
+    let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
+    let way = if let Some(way) = known {
+        Arc::clone(way)
+    } else {
+        let cleared = held(&task, &moves, settings, observer);
+        observer.check()?;
+        let Ok(cleared) = cleared else {
+            return Ok(Chosen::default());
+        };
+        Arc::new(ArmWay::along((moves.start, &moves.commands), cleared))
+    };
+    let Cleared { held, found } = &way.cleared;
+    let positions = Positions::of(programs);
+    let dialect = program::spoken(programs);
+    let reached = ends(&task, held).unwrap_or_default();
+    let joints = cell.positioner.as_ref().map_or(0, |p| p.joints.len());
+    let positioner = settings.cell.program.positioner.as_ref();
+    let positioner = positioner.filter(|_| settings.external == ExternalChoice::Free);
+    for reached in &reached {
+        let stance = stance(cell, dialect, reached.joints);
+        let Some(position) = positions.at(programs, &moves, reached) else {
+            continue;
+        };
+        if let Some(coordinates) = of_robot(position) {
+            hold_so(coordinates, stance, reached.tip);
+        }
+        if let Some(positioner) = positioner {
+            let axes = reached.external.0.get(1..=joints);
+            tell(position, reached.tip, axes.unwrap_or_default(), positioner);
+        }
+    }
+    let free = settings.external == ExternalChoice::Free;
+    Ok(Chosen {
+        external: free.then(|| axes_of(&reached, &moves)),
+        clearance: Some(*found),
+        way: Some(way),
+    })
+}
+
+/// The way of the robot; clear of metal, table and itself where its file tells shapes and there is such a way.
+fn held(
+    task: &Task<'_>,
+    moves: &Commands,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<Cleared, NotHeld> {
+    observer.stage("way of the robot", 0);
+    let metal = expected(moves, settings);
+    match (&task.cell.shapes, metal.first()) {
+        (Some(shapes), Some(_)) => {
+            let at = |command| metal_at(moves, &metal, command);
+            let around = Surroundings {
+                shapes,
+                metal: &at,
+                plate: settings.plate_thickness,
+            };
+            // the metal that is judged is the one that is laid
+            hold_clear(task, &around, settings.limits.clearance + SPARE, observer)
+        }
+        _ => Ok(Cleared {
+            held: hold(task, observer)?,
+            found: Clearance::Kept,
+        }),
+    }
+}
+
+/// The metal, of which there is some, while a command is executed; while a layer is laid its metal counts as laid already.
+pub(in crate::waam) fn metal_at<'a>(
+    moves: &Commands,
+    metal: &'a [(u32, Metal)],
+    command: u32,
+) -> &'a Metal {
+    let layer = moves.layer_of_command.get(command as usize);
+    let until = metal.partition_point(|(l, _)| layer.is_some_and(|layer| l <= layer));
+    &metal[until.saturating_sub(1)].1
+}
+
+/// The metal after each layer as the beads are commanded, a bead high over the wire's tip, down to the plate.
+fn expected(moves: &Commands, settings: &Settings) -> Vec<(u32, Metal)> {
+    if settings.robot.as_ref().is_none_or(|r| r.shapes.is_none()) {
+        return Vec::new();
+    }
+    let bead = &settings.bead;
+    let (half, high) = (0.5 * bead.width.value, bead.height.value);
+    let mut beads: Vec<(u32, [DVec3; 2])> = Vec::new();
+    let mut here = moves.start.position;
+    for (command, layer) in moves.commands.iter().zip(&moves.layer_of_command) {
+        if matches!(command.kind, Kind::Wait { .. }) {
+            continue;
+        }
+        if matches!(command.source, Source::On { .. }) {
+            let wire = command.orientation * DVec3::Z;
+            let mut bead = |from: DVec3, to: DVec3| {
+                // a bead that is laid aslant reaches over its middle by half of its width
+                let across = (to - from).cross(wire).normalize_or_zero();
+                let up = half * across.z.abs() * DVec3::Z;
+                beads.push((*layer, [from + up, to + up]));
+            };
+            if let Kind::Arc { via } = command.kind {
+                bead(here, via);
+                here = via;
+            }
+            bead(here, command.target);
+        }
+        here = command.target;
+    }
+    metal::columns(&beads, (half, high)).unwrap_or_default()
+}
+
+/// Track and positioner at the end of each command.
+fn axes_of(reached: &[Reached], moves: &Commands) -> Axes {
+    let mut stands = reached.first().map_or(External::default(), |r| r.external);
+    let mut axes = Axes {
+        start: stands,
+        ends: Vec::with_capacity(moves.commands.len()),
+    };
+    let mut ends = reached.iter().filter(|r| r.end == End::Target).peekable();
+    for id in 0..moves.commands.len() as u32 {
+        while let Some(end) = ends.next_if(|r| r.command.is_none_or(|c| c <= id)) {
+            stands = end.external;
+        }
+        axes.ends.push(stands);
+    }
+    axes
+}
+
+/// What is held along a program as it is written, its rotation as `rotation` says.
+pub(in crate::waam) fn task<'a>(
+    cell: &'a Cell,
+    moves: &'a Commands,
+    rotation: Rotation,
+    configurations: &'a BTreeMap<Option<u32>, Stance>,
+) -> Task<'a> {
+    Task {
+        cell,
+        values: cell.at_rest(),
+        axes: match &moves.external {
+            Some(axes) => posture::Axes::Written {
+                start: axes.start,
+                ends: &axes.ends,
+            },
+            None => posture::Axes::Standing,
+        },
+        start: moves.start,
+        commands: &moves.commands,
+        rotation,
+        configurations,
+    }
+}
+
+/// An end of a move.
+pub(in crate::waam) struct Reached {
+    /// The move; nothing for the start.
+    pub(in crate::waam) command: Option<u32>,
+    pub(in crate::waam) end: End,
+    pub(in crate::waam) tip: Pose,
+    pub(in crate::waam) joints: [f64; 6],
+    pub(in crate::waam) external: External,
+}
+
+/// The ends of all moves, those of no length too.
+pub(in crate::waam) fn ends(task: &Task<'_>, held: &Held) -> Result<Vec<Reached>, NotHeld> {
+    let mut ends: Vec<Reached> = Vec::new();
+    for chain in &held.chains {
+        let mut follower = Follower::new(task, chain);
+        let mut first = true;
+        while let Some(sample) = follower.next_sample()? {
+            let command = if first {
+                chain.first
+            } else {
+                Some(sample.command)
+            };
+            first = false;
+            let Some(end) = sample.ends else { continue };
+            let reached = |command| Reached {
+                command,
+                end,
+                tip: sample.tip,
+                joints: sample.joints,
+                external: sample.external,
+            };
+            ends.push(reached(command));
+        }
+    }
+    // moves that go nowhere end as the one before
+    let mut all: Vec<Reached> = Vec::with_capacity(ends.len());
+    for reached in ends {
+        if let (Some(command), Some(before)) = (reached.command, all.last()) {
+            let (tip, joints, external) = (before.tip, before.joints, before.external);
+            let missed = before.command.map_or(0, |c| c + 1)..command;
+            all.extend(missed.map(|c| Reached {
+                command: Some(c),
+                end: End::Target,
+                tip,
+                joints,
+                external,
+            }));
+        }
+        all.push(reached);
+    }
+    Ok(all)
+}
+
+/// How the arm stands, where the dialect has its maker's words.
+pub(in crate::waam) fn stance(cell: &Cell, dialect: Dialect, joints: [f64; 6]) -> Option<Stance> {
+    let stance = cell.stance(joints)?;
+    let spoken = match stance {
+        Stance::Fanuc(_) => Dialect::FanucLs,
+        Stance::Kuka { .. } => Dialect::Krl,
+        Stance::Abb(_) => Dialect::Rapid,
+        Stance::Joints(_) => Dialect::UrScript,
+        Stance::Yaskawa(_) => Dialect::Inform,
+        Stance::Staubli(_) => Dialect::Val3,
+    };
+    (spoken == dialect).then_some(stance)
+}
+
+/// How the arm stands, as a position says; `reached` with the wire's tip there, and with track and positioner.
+pub(in crate::waam) fn written_stance(
+    position: &mut Position,
+    cell: &Cell,
+    (tip, external): (Pose, External),
+) -> Option<Stance> {
+    match of_robot(position)? {
+        Coordinates::Cartesian { config, .. } => Stance::read(cell.maker, config),
+        Coordinates::Joint(axes) => {
+            let (shown, _) = Axis::of_arm(axes)?;
+            let joints = cell.arm.joints(shown.map(f64::to_radians));
+            let flange = cell.base_from_flange(tip, &Values::of(joints, external));
+            // a move may shift its target: then only the way of the arm is said
+            if cell.arm.holds(flange, joints) {
+                Some(Stance::Joints(shown))
+            } else {
+                cell.stance(joints)
+            }
+        }
+        Coordinates::Unread(_) => None,
+    }
+}
+
+/// The robot's coordinates of a position.
+fn of_robot(position: &mut Position) -> Option<&mut Coordinates> {
+    let robot = position.groups.iter_mut().find(|g| g.number == 1)?;
+    Some(&mut robot.coordinates)
+}
+
+/// Writes rotation and configuration into a position.
+fn hold_so(coordinates: &mut Coordinates, stance: Option<Stance>, tip: Pose) {
+    let said = stance.map(|s| s.to_string());
+    if let Coordinates::Cartesian {
+        config,
+        wpr_degrees: wpr,
+        ..
+    } = coordinates
+    {
+        *wpr = tip.wpr().to_array().map(f64::to_degrees);
+        *config = said.unwrap_or_else(|| std::mem::take(config));
+    }
+}
+
+/// How joint moves end, as the program says.
+pub(in crate::waam) fn named(
+    positions: &Positions,
+    programs: &mut [Program],
+    moves: &Commands,
+    cell: &Cell,
+) -> BTreeMap<Option<u32>, Stance> {
+    let mut named = BTreeMap::new();
+    let joint = moves
+        .commands
+        .iter()
+        .filter(|c| matches!(c.kind, meltpath_robot::Kind::Joint));
+    let start = (None, moves.start);
+    let rest = cell.at_rest().external();
+    let ends = joint.map(|c| {
+        (
+            Some(c.id),
+            Pose {
+                position: c.target,
+                orientation: c.orientation,
+            },
+        )
+    });
+    for (command, tip) in std::iter::once(start).chain(ends) {
+        let external = moves.external.as_ref().map_or(rest, |a| a.at(command));
+        let reached = Reached {
+            command,
+            end: End::Target,
+            tip,
+            joints: [0.0; 6],
+            external,
+        };
+        let written = positions.at(programs, moves, &reached);
+        if let Some(stance) = written.and_then(|c| written_stance(c, cell, (tip, external))) {
+            named.insert(command, stance);
+        }
+    }
+    named
+}
+
+/// Where the positions of programs stand in their tables.
+pub(in crate::waam) struct Positions(Vec<BTreeMap<u32, usize>>);
+
+impl Positions {
+    pub(in crate::waam) fn of(programs: &[Program]) -> Self {
+        let table = |p: &Program| {
+            p.positions
+                .iter()
+                .zip(0..)
+                .map(|(p, i)| (p.index, i))
+                .collect()
+        };
+        Positions(programs.iter().map(table).collect())
+    }
+
+    /// The position at the end of a move.
+    pub(in crate::waam) fn at<'a>(
+        &self,
+        programs: &'a mut [Program],
+        moves: &Commands,
+        reached: &Reached,
+    ) -> Option<&'a mut Position> {
+        let (program, line) = match reached.command {
+            Some(command) => *moves.line_of_command.get(command as usize)?,
+            None => moves.start_line,
+        };
+        let table = self.0.get(program as usize)?;
+        let program = programs.get_mut(program as usize)?;
+        let instruction = program.instructions.get((line as usize).checked_sub(1)?)?;
+        let Instruction::Motion(motion) = instruction else {
+            return None;
+        };
+        let reference = match (reached.end, &motion.kind) {
+            (End::Target, _) => &motion.target,
+            (End::Via, MotionKind::Circular { via }) => via,
+            (End::Via, _) => return None,
+        };
+        let PositionRef::Point { index, .. } = reference else {
+            return None;
+        };
+        program.positions.get_mut(*table.get(index)?)
+    }
+}

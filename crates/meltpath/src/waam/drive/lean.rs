@@ -1,0 +1,85 @@
+//! How the torch leans against gravity: what of it is judged, and how it leans where track and positioner move.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_robot::posture::Lean;
+
+use crate::waam::judge::doubt::Doubt;
+use crate::waam::settings::Settings;
+
+pub(in crate::waam) const ID: &str = "tilt";
+pub(in crate::waam) const TITLE: &str = "torch against the vertical, at most";
+
+/// Beads are measured on tables as level as this, rad: 1°.
+const LEVEL: f64 = 0.0175;
+
+/// How the torch leans while a positioner turns the part.
+#[derive(Debug, Clone)]
+pub(crate) struct Turned {
+    lean: Lean,
+    place: Place,
+}
+
+impl Turned {
+    /// Of a lean whose greatest is at a place.
+    pub(in crate::waam) fn new(lean: Lean, place: Place) -> Self {
+        Turned { lean, place }
+    }
+
+    /// Within a written limit; without one only what is as level as the beads that were measured.
+    pub(in crate::waam) fn check(&self, settings: &Settings) -> Check {
+        let angle = self.lean.greatest.value;
+        if settings.limits.tilt.is_none() && angle <= LEVEL {
+            let measure = Measure::exact(angle.to_degrees(), "deg");
+            let limit = Limit::AtMost(LEVEL.to_degrees().round());
+            return Check::judge(ID, TITLE, measure, limit)
+                .at(self.place.clone())
+                .because("the positioner keeps it as level as the beads that were measured");
+        }
+        check(angle, Some(self.place.clone()), settings)
+    }
+
+    /// The mean over the time of the arc.
+    pub(in crate::waam) fn fact(&self) -> Fact {
+        let mean = Measure::exact(self.lean.mean().to_degrees(), "deg");
+        let words = "the positioner turns the part meanwhile; over the time of the arc";
+        Fact::new("tilt-mean", "torch against the vertical, mean", mean, words)
+    }
+
+    /// Beads of flat layers that lean farther than those that were measured.
+    pub(in crate::waam) fn doubt(&self) -> Option<Doubt> {
+        let angle = self.lean.greatest.value;
+        (angle > LEVEL).then(|| Doubt {
+            reason: format!(
+                "the torch leans by up to {:.1} deg from the vertical while the positioner turns the part ({}), and beads were measured level",
+                angle.to_degrees(),
+                self.place
+            ),
+            remedy: "machine.external = \"standing\", or the part elsewhere: machine.place".to_owned(),
+        })
+    }
+}
+
+/// The check of a lean, rad.
+pub(in crate::waam) fn check(angle: f64, at: Option<Place>, settings: &Settings) -> Check {
+    let measure = Measure::exact(angle.to_degrees(), "deg");
+    let check = if let Some(limit) = settings.limits.tilt {
+        Check::judge(ID, TITLE, measure, Limit::AtMost(limit.to_degrees()))
+            .remedy("a smaller surface.tilt, or a positioner that turns the part")
+    } else {
+        let check = Check {
+            status: Status::CannotSay,
+            value: Some(measure),
+            ..Check::not_checked(ID, TITLE, "")
+        };
+        check
+            .because(&format!(
+                "how far a pool of {} in mode {} may lean was not measured",
+                *settings.wire.name, settings.mode
+            ))
+            .remedy("lay a leaning bead, and write the angle up to which it stays: checks.tilt")
+    };
+    match at {
+        Some(place) => check.at(place),
+        None => check,
+    }
+}

@@ -1,0 +1,461 @@
+//! The robot along a program: how it holds the torch, what its positions then say, and whether they can be reached.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
+use meltpath_programs::Program;
+use meltpath_robot::cell::{Cell, Stance};
+use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
+use meltpath_robot::command::Source;
+use meltpath_robot::kinematics::Unreachable;
+use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
+use meltpath_robot::summary::CommandRecord;
+
+use crate::waam::drive::film::{self, Step};
+use crate::waam::drive::hold::{Positions, ends, metal_at, named, stance, task, written_stance};
+use crate::waam::drive::lean::Turned;
+use crate::waam::program::{self, Commands};
+use crate::waam::settings::Settings;
+
+/// The robot that is followed along a program; nothing where the job names none, or where others turn the part than it knows.
+fn followed<'a>(moves: &Commands, settings: &'a Settings) -> Option<&'a Cell> {
+    let known = !moves.turns || moves.external.is_some();
+    settings.robot.as_ref().filter(|_| known)
+}
+
+/// What the robot does along a program.
+#[derive(Debug)]
+pub(crate) struct Along {
+    margins: Margins,
+    /// The words for its ways, in the order in which they come; empty where they have none.
+    configurations: Vec<Stance>,
+    /// Each pair of bodies where they come nearest; nothing where the robot's file tells no shapes.
+    closest: Option<Vec<Closest>>,
+    /// Positions whose CONFIG is not that of the arm there, and the first of them.
+    differing: Option<(usize, Place)>,
+    /// The way of the axes.
+    steps: Vec<Step>,
+}
+
+/// How the robot goes along programs as they are written; nothing where the job names no robot.
+pub(in crate::waam) fn along(
+    programs: &[Program],
+    moves: &Commands,
+    settings: &Settings,
+    metal: &[(u32, Metal)],
+    observer: &dyn Observer,
+) -> Option<Result<Along, NotHeld>> {
+    let cell = followed(moves, settings)?;
+    let dialect = program::spoken(programs);
+    let mut programs = programs.to_vec();
+    let positions = Positions::of(&programs);
+    let named = named(&positions, &mut programs, moves, cell);
+    let task = task(cell, moves, Rotation::Written, &named);
+    Some(hold(&task, observer).and_then(|held| {
+        let closest = swept(&task, &held, moves, settings, metal).transpose()?;
+        let mut along = Along {
+            margins: held.margins,
+            closest,
+            configurations: Vec::new(),
+            differing: None,
+            steps: film::steps(&task, &held)?,
+        };
+        for reached in ends(&task, &held)? {
+            let found = stance(cell, dialect, reached.joints);
+            let Some(found) = found.filter(|s| !matches!(s, Stance::Joints(_))) else {
+                continue;
+            };
+            if along.configurations.last() != Some(&found) {
+                along.configurations.push(found);
+            }
+            let written = positions
+                .at(&mut programs, moves, &reached)
+                .and_then(|p| written_stance(p, cell, (reached.tip, reached.external)));
+            if written.is_some_and(|w| !cell.stands(reached.joints, &w)) {
+                let place = || moves.place(reached.command.unwrap_or(0), reached.tip.position);
+                along.differing.get_or_insert_with(|| (0, place())).0 += 1;
+            }
+        }
+        Ok(along)
+    }))
+}
+
+/// The way of the axes; nothing where the robot does not hold the torch along the whole program.
+pub(in crate::waam) fn steps(along: Option<Result<Along, NotHeld>>) -> Vec<Step> {
+    match along {
+        Some(Ok(along)) => along.steps,
+        _ => Vec::new(),
+    }
+}
+
+/// How near bodies come. While a layer is laid its metal counts as laid already.
+fn swept(
+    task: &Task<'_>,
+    held: &Held,
+    moves: &Commands,
+    settings: &Settings,
+    metal: &[(u32, Metal)],
+) -> Option<Result<Vec<Closest>, NotHeld>> {
+    let shapes = task.cell.shapes.as_ref()?;
+    metal.first()?;
+    let at = |command| metal_at(moves, metal, command);
+    let around = Surroundings {
+        shapes,
+        metal: &at,
+        plate: settings.plate_thickness,
+    };
+    Some(sweep(task, held, &around, settings.limits.clearance))
+}
+
+/// How the torch leans, where track or positioner move.
+pub(in crate::waam) fn turned(
+    along: Option<&Result<Along, NotHeld>>,
+    moves: &Commands,
+) -> Option<Turned> {
+    let (Some(Ok(along)), Some(_)) = (along, &moves.external) else {
+        return None;
+    };
+    let lean = along.margins.lean?;
+    let place = moves.place(lean.greatest.command, lean.greatest.position);
+    Some(Turned::new(lean, place))
+}
+
+/// The checks of reach, joint speeds, collision and CONFIG.
+pub(in crate::waam) fn checks(
+    along: Option<&Result<Along, NotHeld>>,
+    moves: &Commands,
+    settings: &Settings,
+) -> Vec<Check> {
+    let (Some(along), Some(cell)) = (along, &settings.robot) else {
+        return not_checked(match settings.robot {
+            Some(_) => TURNS,
+            None => NO_ROBOT,
+        });
+    };
+    match along {
+        Err(not) => {
+            let mut checks = vec![not_reached(not, moves, cell)];
+            checks.extend(
+                not_checked("the robot does not hold the torch along the whole program")
+                    .split_off(1),
+            );
+            checks
+        }
+        Ok(along) => vec![
+            guessed(reached(&along.margins, moves, settings), &cell.guesses()),
+            guessed(speed(&along.margins, moves), &cell.guesses()),
+            collision(along, moves, settings, cell),
+            config(along, cell),
+        ],
+    }
+}
+
+const NO_ROBOT: &str =
+    "the job names no robot: write machine.robot, a name that ships or a file of your own";
+const TURNS: &str = "axes turn the part while metal is laid that are not those of the robot's file: write its [positioner] with as many";
+const REACH: &str = "reach of the robot";
+const COLLISION: &str = "collision of torch, robot and part";
+const CONFIG: &str = "robot CONFIG";
+
+fn not_checked(reason: &str) -> Vec<Check> {
+    [
+        ("reach", REACH),
+        ("collision", COLLISION),
+        ("config", CONFIG),
+    ]
+    .map(|(id, title)| Check::not_checked(id, title, reason))
+    .to_vec()
+}
+
+/// The least distance of a joint from its limits.
+fn reached(margins: &Margins, moves: &Commands, settings: &Settings) -> Check {
+    let least = margins.limit;
+    let degrees = least.map_or(f64::NAN, |l| l.value.to_degrees());
+    let check = Check::judge(
+        "reach",
+        "reach of the robot: least distance of a joint from its limits",
+        Measure::exact(degrees, "deg"),
+        Limit::AtLeast(settings.limits.joint_margin.to_degrees()),
+    );
+    match least {
+        Some(l) => check
+            .at(moves.place(l.command, l.position))
+            .because(&axis(l.joint))
+            .remedy("place the part elsewhere (machine.place, or [table] of the robot's file)"),
+        None => check,
+    }
+}
+
+/// What people call an axis: joints of the arm from 0, then track and positioner.
+fn axis(number: usize) -> String {
+    match number {
+        0..6 => format!("joint {}", number + 1),
+        6 => "the track".to_owned(),
+        _ => format!("axis {} of the positioner", number - 6),
+    }
+}
+
+/// The greatest joint speed along beads.
+fn speed(margins: &Margins, moves: &Commands) -> Check {
+    const ID: &str = "joint-speed";
+    const TITLE: &str = "speed of joints along beads, share of what they can do";
+    match margins.speed {
+        Some(l) => Check::judge(
+            ID,
+            TITLE,
+            Measure::exact(100.0 * l.value, "%"),
+            Limit::AtMost(100.0),
+        )
+        .at(moves.place(l.command, l.position))
+        .because(&axis(l.joint))
+        .remedy("a lower travel speed, or the part elsewhere: near a singularity joints turn fast"),
+        None => Check::not_checked(ID, TITLE, "the robot's file tells no speeds"),
+    }
+}
+
+/// The pair that comes nearest, and those after it.
+fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) -> Check {
+    let Some([worst, ..]) = along.closest.as_deref() else {
+        return Check::not_checked(
+            "collision",
+            COLLISION,
+            "the robot's file tells no shapes: write [shapes], or try the program in the cell's simulator",
+        );
+    };
+    let check = Check::judge(
+        "collision",
+        "least distance of torch and robot from part, table and each other",
+        Measure::exact(worst.distance, "mm"),
+        Limit::AtLeast(settings.limits.clearance),
+    )
+    .at(moves.place(worst.command, worst.position))
+    .because(&pair(worst))
+    .remedy("another machine.place, more clearance of travels, or a slimmer nozzle");
+    let check = match (moves.clearance, check.status) {
+        (Some(Clearance::InVain), Status::Fail) => {
+            check.because("other ways to hold the torch there were tried: none keeps clear")
+        }
+        _ => check,
+    };
+    let check = match cell.shapes.as_ref().and_then(|s| s.table) {
+        Some(_) => check,
+        None => check.because("the table is not checked: shapes.table is not written"),
+    };
+    let shapes = cell.shapes_are_guessed().then(|| "shapes".to_owned());
+    let guesses: Vec<String> = cell.guesses().into_iter().chain(shapes).collect();
+    guessed(check, &guesses)
+}
+
+fn pair(closest: &Closest) -> String {
+    let [a, b] = closest.bodies;
+    format!("{a} and {b}")
+}
+
+/// Pairs that come nearer than this are told with their place, mm.
+const NEAR: f64 = 100.0;
+
+/// Every pair where it comes nearest.
+fn clearances(along: &Along, moves: &Commands) -> Option<Fact> {
+    let told = |c: &Closest| {
+        let told = format!("{} {:.1} mm", pair(c), c.distance);
+        if c.distance < NEAR {
+            format!("{told} ({})", moves.place(c.command, c.position))
+        } else {
+            told
+        }
+    };
+    let told: Vec<String> = along.closest.as_ref()?.iter().map(told).collect();
+    let title = "least distance of each pair that comes within a metre";
+    Some(Fact::words("clearances", title, &told.join("; ")))
+}
+
+fn config(along: &Along, cell: &Cell) -> Check {
+    if along.configurations.is_empty() {
+        return Check::not_checked(
+            "config",
+            CONFIG,
+            &format!(
+                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB, Yaskawa, Stäubli): the program has none for {}",
+                cell.name
+            ),
+        )
+        .remedy("programs for the robot's own controller: program.dialect of the cell's file");
+    }
+    let words: Vec<String> = along
+        .configurations
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    let (count, place) = along.differing.clone().unwrap_or_default();
+    let check = Check::judge(
+        "config",
+        "robot CONFIG: positions that do not carry the arm's",
+        Measure::exact(count as f64, ""),
+        Limit::AtMost(0.0),
+    );
+    let check = if count > 0 { check.at(place) } else { check };
+    let check = check.because(&format!("computed: {}", shown(&words)));
+    check.remedy("touch up the position at the controller, or write the program by meltpath")
+}
+
+/// The first of many words.
+fn shown(words: &[String]) -> String {
+    const MOST: usize = 4;
+    let first = words.chunks(MOST).next().unwrap_or_default().join("; ");
+    match words.len().saturating_sub(MOST) {
+        0 => first,
+        more => format!("{first}; and {more} changes more"),
+    }
+}
+
+/// Where and why a program cannot be held.
+fn not_reached(not: &NotHeld, moves: &Commands, cell: &Cell) -> Check {
+    let (reason, remedy) = match not.why {
+        Why::Unreachable(why) => (
+            why.to_string(),
+            match why {
+                Unreachable::TooFar { .. } => "move the part nearer: machine.place, or [table] of the robot's file",
+                _ => "move the part: machine.place, or [table] of the robot's file",
+            }
+            .to_owned(),
+        ),
+        Why::Limit { joint, by } => (
+            format!("whatever the rotation about the wire, a joint is beyond its limits: at best joint {}, by {:.1} deg", joint + 1, by.to_degrees()),
+            "move the part: machine.place, or [table] of the robot's file".to_owned(),
+        ),
+        Why::External { axis: number, by } => (
+            format!("{} would go {} beyond its limit", axis(6 + number), match number {
+                0 => format!("{by:.1} mm"),
+                _ => format!("{:.1} deg", by.to_degrees()),
+            }),
+            "limits of the robot's file, or the part elsewhere: machine.place".to_owned(),
+        ),
+        Why::Stopped => ("the search was stopped".to_owned(), "run it again".to_owned()),
+        Why::Configuration(wanted) => (
+            format!("no way to hold the torch there within limits is {wanted}, as the program says"),
+            "touch up the position at the controller".to_owned(),
+        ),
+        Why::Change => (
+            "the torch can be held there, but not by going on from the places before: the arm would have to change its configuration, or wind a joint beyond its limits, within a move".to_owned(),
+            "move the part, so that the wrist stays on one side of the first axis and its own axes do not come in line".to_owned(),
+        ),
+    };
+    let check = Check {
+        status: Status::Fail,
+        reason,
+        ..Check::not_checked("reach", REACH, "")
+    };
+    let guesses = cell.guesses();
+    let check = if guesses.is_empty() {
+        check
+    } else {
+        check.because(&format!(
+            "with the guesses of the robot's file: {}",
+            guesses.join(", ")
+        ))
+    };
+    check
+        .at(moves.place(not.command, not.position))
+        .remedy(remedy)
+}
+
+/// Nothing passes by a guess.
+fn guessed(check: Check, guesses: &[String]) -> Check {
+    if guesses.is_empty() || !matches!(check.status, Status::Pass | Status::Warn) {
+        return check;
+    }
+    let reason = format!(
+        "within the limit, but the robot's file guesses {}",
+        guesses.join(", ")
+    );
+    Check {
+        status: Status::CannotSay,
+        ..check
+    }
+    .because(&reason)
+    .remedy("measure them, and write them with their `source` into a robot file of your own (meltpath inspect shows it)")
+}
+
+/// Travels that an axis makes longer than they are simulated: the times are those of the wire's tip alone.
+fn slowed(along: &Along, cell: &Cell, moves: &Commands, records: &[CommandRecord]) -> Option<Fact> {
+    /// Times closer than this are one, s.
+    const SAME: f64 = 0.05;
+    let mut before: Option<&Step> = None;
+    let (mut sum, mut worst) = (0.0, None::<(f64, f64, usize, u32)>);
+    for of_move in along.steps.chunk_by(|a, b| a.command == b.command) {
+        let command = of_move.first()?.command;
+        let (mut least, mut slowest) = (0.0, (0.0, 0));
+        for step in of_move {
+            let taken = before.and_then(|from| from.slowest(step, cell));
+            before = Some(step);
+            let Some((time, axis)) = taken else { continue };
+            least += time;
+            if time > slowest.0 {
+                slowest = (time, axis);
+            }
+        }
+        let at = command as usize;
+        let (Some(moved), Some(record)) = (moves.commands.get(at), records.get(at)) else {
+            continue;
+        };
+        let more = least - (record.end - record.start);
+        if matches!(moved.source, Source::Off) && more > SAME {
+            sum += more;
+            if worst.is_none_or(|w| more > w.0) {
+                worst = Some((more, least, slowest.1, command));
+            }
+        }
+    }
+    let (more, least, joint, command) = worst?;
+    let target = moves.commands.get(command as usize)?.target;
+    let fact = Fact::new(
+        "travel-axes",
+        "travels take longer than simulated, as an axis goes no faster, at least by",
+        Measure::exact(sum, "s"),
+        &format!(
+            "most {}: {least:.1} s, simulated {:.1} s",
+            axis(joint),
+            least - more
+        ),
+    );
+    Some(fact.at(moves.place(command, target)))
+}
+
+/// How near the arm comes to its singularities, and which travels its axes make longer.
+pub(in crate::waam) fn facts(
+    along: Option<&Result<Along, NotHeld>>,
+    moves: &Commands,
+    records: &[CommandRecord],
+    settings: &Settings,
+) -> Vec<Fact> {
+    let (Some(Ok(along)), Some(cell)) = (along, &settings.robot) else {
+        return Vec::new();
+    };
+    let m = &along.margins;
+    let angle =
+        |id, title, l: Option<Least>| (id, title, l.map(|l| (l, l.value.to_degrees(), "deg")));
+    [
+        angle(
+            "singular-wrist",
+            "J5 from where the wrist's axes are in line, at least",
+            m.wrist,
+        ),
+        angle(
+            "singular-elbow",
+            "elbow from the stretched arm, at least",
+            m.elbow,
+        ),
+        (
+            "singular-shoulder",
+            "centre of the wrist from the first axis, at least",
+            m.shoulder.map(|l| (l, l.value, "mm")),
+        ),
+    ]
+    .into_iter()
+    .filter_map(|(id, title, least)| {
+        let (l, value, unit) = least?;
+        let fact = Fact::new(id, title, Measure::exact(value, unit), "");
+        Some(fact.at(moves.place(l.command, l.position)))
+    })
+    .chain(clearances(along, moves))
+    .chain(slowed(along, cell, moves, records))
+    .collect()
+}

@@ -1,0 +1,383 @@
+//! Checks of the plan and of the program, and the facts that a verdict tells beside them.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_geometry::math::DVec2;
+use meltpath_robot::cell::Arrangement;
+use meltpath_robot::command::Source;
+use meltpath_toolpath::{Channel, Toolpath};
+
+use crate::waam::deposit::simulate::Simulation;
+use crate::waam::deposit::tube;
+use crate::waam::judge::LayerOutcome;
+use crate::waam::plan::Plan;
+use crate::waam::plan::heights::{ASSEMBLED, EDGE_BEADS, assembled};
+use crate::waam::program::{Commands, Programs};
+use crate::waam::settings::Settings;
+
+/// How far layers hang over.
+pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
+    let width = settings.bead.width.value;
+    let worst = plan.overhangs.iter().max_by(|a, b| {
+        a.shift
+            .unwrap_or(f64::MAX)
+            .total_cmp(&b.shift.unwrap_or(f64::MAX))
+    });
+    let share = worst.map_or(0.0, |o| {
+        o.shift.map_or(f64::INFINITY, |s| 100.0 * s / width)
+    });
+    let mut overhang = Check::judge(
+        "overhang",
+        "overhang: shift of a layer over the one below, in bead widths",
+        Measure::exact(share, "%"),
+        Limit::AtMost(100.0 * settings.limits.overhang),
+    );
+    if let Some(o) = worst {
+        let place = Place {
+            position: Some(o.place.to_array()),
+            layer: Some(o.slice as u32 + 1),
+            ..Place::default()
+        };
+        overhang = overhang.at(place).remedy("turn the part (build_direction), or thicken it below: the height map is not valid where beads hang over");
+        if o.shift.is_none() {
+            overhang.status = Status::Fail;
+            "a piece of the layer has nothing below it".clone_into(&mut overhang.reason);
+        }
+    }
+    overhang
+}
+
+/// What is known of the bead from another wire alone: nothing can be said of metal that it lays.
+pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
+    let from = settings.borrowed.as_ref()?;
+    let why = format!(
+        "the weld pool of {} was not measured: that of {from}, another wire, stands in for it",
+        *settings.wire.name
+    );
+    let title = "properties of the bead taken from another wire";
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked("borrowed", title, &why)
+    };
+    Some(check.remedy("measure the pool of this wire by camera, and name its file: waam.pool"))
+}
+
+/// Programs for a torch that stands: the controllers' own words for it are not written.
+pub(crate) fn fixed_torch_check(settings: &Settings) -> Option<Check> {
+    let cell = settings.robot.as_ref()?;
+    if cell.arrangement == Arrangement::TorchOnRobot {
+        return None;
+    }
+    let title = "programs for a torch that stands while the robot moves the part";
+    let why = "positions are those of the wire's tip in the part, and the controller's words for a tool that stands (KUKA $IPO_MODE = #TCP, ABB robhold FALSE, FANUC RTCP) are not written";
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked("fixed-torch", title, why)
+    };
+    Some(check.remedy("set the tool that stands and the part held by the robot at the controller, and dry-run before the arc burns"))
+}
+
+/// A stretch of bead: wire feed as set and travel speed, mm/s, length, mm, and where it is.
+pub(crate) struct Stretch {
+    pub(crate) wire_feed: f64,
+    pub(crate) speed: f64,
+    pub(crate) length: f64,
+    pub(crate) place: Place,
+}
+
+/// Whether beads are laid at settings that the process map was not made of; `None` where none is.
+pub(crate) fn range_check(
+    beads: impl Iterator<Item = Stretch>,
+    settings: &Settings,
+) -> Option<Check> {
+    let (mut all, mut outside, mut first) = (0.0, 0.0, None);
+    for bead in beads {
+        all += bead.length;
+        if !settings.map.covers(bead.wire_feed, bead.speed) {
+            outside += bead.length;
+            first.get_or_insert(bead);
+        }
+    }
+    let first = first?;
+    let per_minute = |v: f64| 0.06 * v;
+    let range = &settings.map.validity;
+    let check = Check::judge(
+        "range",
+        "beads laid at settings outside the process map",
+        Measure::exact(100.0 * outside / all, "%"),
+        Limit::AtMost(0.0),
+    );
+    let reason = format!(
+        "first at {:.2} m/min wire feed and {:.3} m/min travel; the map {} holds from {:.2} to {:.2} and from {:.2} to {:.2} m/min",
+        per_minute(first.wire_feed),
+        per_minute(first.speed),
+        settings.map.id,
+        range.wire_feed.0,
+        range.wire_feed.1,
+        range.travel_speed.0,
+        range.travel_speed.1
+    );
+    let check = Check {
+        status: Status::CannotSay,
+        reason,
+        ..check
+    };
+    Some(
+        check
+            .at(first.place)
+            .remedy("a waam.bead, or a weld schedule of the program, inside the map; or beads measured there and added to it"),
+    )
+}
+
+/// The stretches of a program.
+pub(crate) fn programmed(
+    commands: &Commands,
+    settings: &Settings,
+) -> impl Iterator<Item = Stretch> {
+    let factor = settings.feed_factor();
+    let starts =
+        std::iter::once(commands.start.position).chain(commands.commands.iter().map(|c| c.target));
+    let layers = commands.layer_of_command.iter();
+    let beads = commands.bead_of_command.iter();
+    let moves = commands.commands.iter().zip(starts).zip(layers.zip(beads));
+    moves.filter_map(
+        move |((command, from), (layer, bead))| match command.source {
+            Source::On { wire_feed } if command.target != from => Some(Stretch {
+                wire_feed: wire_feed / factor,
+                speed: command.speed,
+                length: command.target.distance(from),
+                place: Place {
+                    layer: Some(*layer),
+                    bead: *bead,
+                    ..Place::at(from.to_array())
+                },
+            }),
+            _ => None,
+        },
+    )
+}
+
+/// The stretches of a plan.
+pub(crate) fn planned(toolpath: &Toolpath) -> impl Iterator<Item = Stretch> {
+    let profiles = &toolpath.profiles;
+    let laid = toolpath.passes().filter(|p| p.head.role.deposits());
+    laid.flat_map(move |pass| {
+        let profile = profiles.get(usize::from(pass.head.profile));
+        let usual = profile.map_or([f64::NAN; 2], |p| [p.wire_feed, p.speed]);
+        let of = move |channel, i, usual| pass.value(channel, i).unwrap_or(usual);
+        (0..pass.move_count()).map(move |i| Stretch {
+            wire_feed: of(Channel::WireFeed, i, usual[0]),
+            speed: of(Channel::Speed, i, usual[1]),
+            length: pass.move_length(i),
+            place: Place {
+                layer: Some(pass.layer),
+                bead: Some(pass.place().number),
+                ..Place::at(pass.points[i].to_array())
+            },
+        })
+    })
+}
+
+/// What the plan tells: area without a bead, growth by a second opinion.
+pub(crate) fn plan_facts(plan: &Plan, settings: &Settings) -> Vec<Fact> {
+    vec![coverage(plan), assembly(plan, settings)]
+}
+
+/// Area that no bead covers, and its largest place.
+fn coverage(plan: &Plan) -> Fact {
+    let area: f64 = plan.coverage.iter().map(|(_, c)| c.area).sum();
+    let lack = plan
+        .coverage
+        .iter()
+        .fold(0.0, |sum, (_, c)| sum + c.lack_area);
+    let gap = plan
+        .coverage
+        .iter()
+        .flat_map(|(layer, c)| c.gaps.iter().map(move |g| (*layer, g)))
+        .max_by(|a, b| a.1.area.total_cmp(&b.1.area));
+    let uncovered = if area > 0.0 { 100.0 * lack / area } else { 0.0 };
+    let largest = gap.map_or(String::new(), |(_, gap)| {
+        format!("; largest place {:.1} mm²", gap.area)
+    });
+    let fact = Fact::new(
+        "coverage",
+        "area that no bead covers",
+        Measure::exact(uncovered, "%"),
+        &format!(
+            "of the layers' area, over {} regions; the metal that flows there is in the lack{largest}",
+            plan.coverage.len()
+        ),
+    );
+    match gap {
+        Some((layer, gap)) => fact.at(Place {
+            position: Some(gap.place.to_array()),
+            layer: Some(layer),
+            ..Place::default()
+        }),
+        None => fact,
+    }
+}
+
+/// Whether the beads fit on the plate, which is centred under them; `None` where the job gives no plate.
+pub(crate) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
+    let plate = DVec2::from_array(settings.plate?);
+    let points = plan.toolpath.passes().flat_map(|p| p.flatten(0.05).0);
+    let (lo, hi) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
+        (lo.min(p.truncate()), hi.max(p.truncate()))
+    });
+    let beyond = 0.5 * (hi - lo + DVec2::splat(settings.bead.width.value) - plate).max_element();
+    let check = Check::judge(
+        "plate",
+        "beads beyond the edge of the plate",
+        Measure::exact(beyond.max(0.0), "mm"),
+        Limit::AtMost(0.0),
+    );
+    Some(check.remedy("a larger substrate.size"))
+}
+
+/// Growth by the polynomial assembly of beads: a second opinion, independent of the simulated deposit.
+fn assembly(plan: &Plan, settings: &Settings) -> Fact {
+    const ID: &str = "assembly";
+    const TITLE: &str = "growth of a layer by the assembly of sections";
+    // single beads make a wall, all others a strip wide enough that its middle does not see its edges
+    let beads = if plan.single > 0.5 { 1 } else { EDGE_BEADS };
+    let planned = plan.height.value;
+    match assembled(settings, beads) {
+        Ok(g) => {
+            let what = if beads == 1 {
+                "a wall of single beads".to_owned()
+            } else {
+                format!(
+                    "{beads} beads {:.2} mm apart, whose edges lie {:.1} mm lower after {ASSEMBLED} layers",
+                    settings.stepover.value, g.edge_lag
+                )
+            };
+            let refused = g.degenerate.map_or(String::new(), |n| {
+                format!("; the model degenerates from layer {n} on")
+            });
+            let words = format!("for {what} ({planned:.2} mm planned){refused}");
+            Fact::new(ID, TITLE, Measure::exact(g.layer, "mm"), &words)
+        }
+        Err(e) => Fact::words(ID, TITLE, &e.to_string()),
+    }
+}
+
+/// The program parses back to what was planned, and the arc burns on beads alone.
+pub(crate) fn program_check(programs: &[(&Programs, &Commands)], toolpath: &Toolpath) -> Check {
+    let planned = toolpath.deposited_length();
+    let off = |commands: &Commands| 100.0 * (commands.arc_length - planned).abs() / planned;
+    let off = programs.iter().map(|(_, c)| off(c)).fold(0.0, f64::max);
+    let check = Check::judge(
+        "program",
+        "program: length with arc against the plan",
+        Measure::exact(off, "%"),
+        Limit::AtMost(0.1),
+    )
+    .remedy("this is a fault of the program writer; please report it with the job");
+    if programs.iter().all(|(p, c)| p.stable && c.gaps.is_empty()) {
+        check
+    } else {
+        Check {
+            status: Status::Fail,
+            reason: "the program does not read back as it was written".to_owned(),
+            ..check
+        }
+    }
+}
+
+/// What the simulated build tells: size, wire, energy, times.
+pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
+    let s = &simulation.summary;
+    let mass = wire_mass(simulation, settings);
+    let sigma = settings
+        .map
+        .feed_factor
+        .uncertainty
+        .map_or(0.0, |u| mass * u / settings.map.feed_factor.0);
+    let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
+    let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
+    let mut facts = vec![
+        exact("layers", "layers", simulation.layers.len() as f64, ""),
+        exact(
+            "height-built",
+            "highest place",
+            simulation.deposit.map.maximum(),
+            "mm",
+        ),
+        exact("arc-starts", "arc starts", simulation.arc_starts as f64, ""),
+        Fact::new(
+            "wire-mass",
+            "wire used",
+            Measure::new(mass, sigma, "kg"),
+            &format!(
+                "{:.1} m of {}",
+                simulation.deposit.wire / 1000.0,
+                *settings.wire.name
+            ),
+        ),
+        wire_feed(simulation, settings),
+        energy(simulation, settings),
+        minutes("time-arc", "time with arc", s.arc_time),
+        minutes("time-travel", "time of travels", s.travel_time),
+        minutes("time-pause", "time of pauses", s.pause_time),
+        minutes("time-total", "time in all", s.total_time),
+    ];
+    let distances = simulation.ctwd.iter().map(|p| p.at.distance).collect();
+    facts.extend(tube::distribution(&simulation.layers, distances));
+    facts
+}
+
+/// Wire feed as delivered, layer by layer: the source answers to the contact tube distance.
+fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
+    const PER_MINUTE: f64 = 0.06;
+    let feed = |l: &&LayerOutcome| PER_MINUTE * l.wire / l.arc_time;
+    let fed = || simulation.layers.iter().filter(|l| l.arc_time > 0.0);
+    let total: f64 = fed().map(|l| l.wire).sum();
+    let time: f64 = fed().map(|l| l.arc_time).sum();
+    let mean = if time > 0.0 {
+        PER_MINUTE * total / time
+    } else {
+        0.0
+    };
+    let (least, greatest) = fed()
+        .map(|l| feed(&l))
+        .fold((f64::MAX, f64::MIN), |(a, b), f| (a.min(f), b.max(f)));
+    let why = match settings.deposit.feed_response {
+        Some(r) => format!(
+            "the source feeds {:.1} % less per mm of contact tube distance lost",
+            100.0 * r.slope
+        ),
+        None => "the same at any contact tube distance".to_owned(),
+    };
+    Fact::new(
+        "wire-feed",
+        "wire feed delivered, mean",
+        Measure::exact(mean, "m/min"),
+        &format!(
+            "{least:.2} to {greatest:.2} over the layers, {:.2} programmed: {why}",
+            PER_MINUTE * settings.bead.wire_feed
+        ),
+    )
+}
+
+/// Mass of the wire used, kg.
+pub(crate) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
+    simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.0
+}
+
+/// Electric energy, from the energy per volume measured for the transfer mode.
+fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
+    const ID: &str = "energy";
+    const TITLE: &str = "electric energy of the arc";
+    let Some(per_volume) = &settings.energy else {
+        let words = format!(
+            "cannot say: no energy per volume was measured on {} in mode {}",
+            *settings.wire.name, settings.mode
+        );
+        return Fact::words(ID, TITLE, &words);
+    };
+    let volume = simulation.deposit.wire * settings.wire.section();
+    let megajoule = |per: f64| per * volume * 1e-6;
+    let (mean, sigma) = (megajoule(per_volume.mean), megajoule(per_volume.sigma));
+    let words = format!("at {} J/mm³ ({})", per_volume.mean, per_volume.source);
+    Fact::new(ID, TITLE, Measure::new(mean, sigma, "MJ"), &words)
+}

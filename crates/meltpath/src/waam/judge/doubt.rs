@@ -1,0 +1,221 @@
+//! What keeps a simulated program from deciding about metal: lines that were not simulated, a wire that nobody named.
+
+use std::fmt::Write as _;
+
+use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
+use meltpath_programs::{Dialect, Gap};
+
+use crate::waam::plan::Lean;
+use crate::waam::settings::Settings;
+
+/// Lines of one reason that are told by their numbers.
+const SHOWN_LINES: usize = 12;
+
+/// A reason why nothing of the metal can be said.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::waam) struct Doubt {
+    /// Why.
+    pub(in crate::waam) reason: String,
+    /// What to do about it.
+    pub(in crate::waam) remedy: String,
+}
+
+/// Where a gap is: the program, and the line as the controller numbers it.
+fn place(gap: &Gap) -> Place {
+    Place {
+        file: Some(gap.program.clone()),
+        line: Some(gap.line),
+        ..Place::default()
+    }
+}
+
+/// The doubt that lines which were not simulated leave; none where all were.
+pub(in crate::waam) fn of_gaps(gaps: &[Gap]) -> Option<Doubt> {
+    let first = gaps.first()?;
+    let more = match gaps.len() {
+        1 => String::new(),
+        n => format!(", and {} more", n - 1),
+    };
+    Some(Doubt {
+        reason: format!(
+            "not the whole program was simulated: {}, line {}, \"{}\" ({}){more}",
+            first.program, first.line, first.text, first.why
+        ),
+        remedy: first.why.remedy().to_owned(),
+    })
+}
+
+/// The doubt that a controller leaves of which nobody says how it goes round corners, or another than the program's.
+pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Option<Doubt> {
+    let own = *settings.cell.program.dialect;
+    let reason = if settings.cell.motion.is_none() {
+        "the cell has no corner model: how fast its controller goes round corners is not known"
+            .to_owned()
+    } else if dialect != own {
+        format!(
+            "the program is written in {}, and the corner model of the cell is that of a controller that reads {}",
+            dialect.name(),
+            own.name()
+        )
+    } else {
+        return None;
+    };
+    Some(Doubt {
+        reason,
+        remedy: "name the cell of this controller, and write its [motion]: filter times and dwells identified from a log of the tool".to_owned(),
+    })
+}
+
+/// The doubt that metal leaves which leans out over all layers below.
+pub(in crate::waam) fn of_lean(lean: &Lean) -> Doubt {
+    Doubt {
+        reason: format!(
+            "from layer {} on beads lie beyond the metal that stands below them (x {:.1}, y {:.1} mm): the simulated metal holds nothing that hangs",
+            lean.layer, lean.place.x, lean.place.y
+        ),
+        remedy: "walls that lean so far are built in practice, but not predicted here: turn the part (build_direction), thicken it below, or build a trial"
+            .to_owned(),
+    }
+}
+
+/// Whether every line that shapes metal was simulated; each reason with its lines. What was not simulated is warned of, too.
+pub(in crate::waam) fn lines_check(gaps: &[Gap], reporter: &Reporter) -> Check {
+    for gap in gaps {
+        let message = format!(
+            "\"{}\" shapes metal and is not simulated: {}",
+            gap.text, gap.why
+        );
+        reporter.warn_at("line-not-simulated", message, place(gap), gap.why.remedy());
+    }
+    let check = Check::judge(
+        "lines",
+        "lines of the program that shape metal and were not simulated",
+        Measure::exact(gaps.len() as f64, ""),
+        Limit::AtMost(0.0),
+    );
+    let Some(first) = gaps.first() else {
+        return check;
+    };
+    Check {
+        status: Status::CannotSay,
+        reason: reasons(gaps),
+        ..check
+    }
+    .at(place(first))
+    .remedy(first.why.remedy())
+}
+
+/// Every reason with its lines, in the order of their first lines.
+fn reasons(gaps: &[Gap]) -> String {
+    let mut kinds: Vec<(String, Vec<&Gap>)> = Vec::new();
+    for gap in gaps {
+        let why = gap.why.to_string();
+        match kinds.iter_mut().find(|(known, _)| *known == why) {
+            Some((_, lines)) => lines.push(gap),
+            None => kinds.push((why, vec![gap])),
+        }
+    }
+    let mut text = String::new();
+    for (why, lines) in &kinds {
+        if !text.is_empty() {
+            text.push_str("; ");
+        }
+        text.push_str(why);
+        let mut program = "";
+        for (k, gap) in lines.iter().take(SHOWN_LINES).enumerate() {
+            // writing to a String cannot fail
+            let _ = if gap.program == program {
+                write!(text, ", {}", gap.line)
+            } else {
+                program = &gap.program;
+                let before = if k == 0 { " (" } else { ", " };
+                write!(text, "{before}{program} line {}", gap.line)
+            };
+            if k == 0 {
+                let _ = write!(text, " \"{}\"", gap.text);
+            }
+        }
+        if lines.len() > SHOWN_LINES {
+            let _ = write!(text, " and {} more", lines.len() - SHOWN_LINES);
+        }
+        text.push(')');
+    }
+    text
+}
+
+/// Takes the decision from checks of the metal: what was simulated is shown, nothing passes or fails by it.
+pub(in crate::waam) fn undecided(checks: &mut [Check], doubts: &[Doubt]) {
+    let Some(first) = doubts.first() else {
+        return;
+    };
+    let reasons: Vec<&str> = doubts.iter().map(|d| d.reason.as_str()).collect();
+    for check in checks.iter_mut().filter(|c| c.status != Status::NotChecked) {
+        check.status = Status::CannotSay;
+        check.reason = reasons.join("; ");
+        check.remedy = Some(first.remedy.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_programs::Missing;
+
+    fn gap(line: u32, why: Missing) -> Gap {
+        Gap {
+            program: "WALL".to_owned(),
+            line,
+            text: format!("line {line}"),
+            why,
+        }
+    }
+
+    #[test]
+    fn every_reason_is_told_with_its_lines() {
+        let gaps = [
+            gap(12, Missing::Weave),
+            gap(14, Missing::Call("CLEAN".to_owned())),
+            gap(40, Missing::Weave),
+        ];
+        let reporter = Reporter::new();
+        let check = lines_check(&gaps, &reporter);
+        assert_eq!(check.status, Status::CannotSay);
+        assert!(
+            check.reason.contains("WALL line 12 \"line 12\", 40)"),
+            "{}",
+            check.reason
+        );
+        assert!(
+            check.reason.contains("program CLEAN is called"),
+            "{}",
+            check.reason
+        );
+        assert_eq!(check.place.unwrap().line, Some(12));
+        assert_eq!(reporter.warnings().len(), 3);
+        assert_eq!(lines_check(&[], &reporter).status, Status::Pass);
+    }
+
+    #[test]
+    fn doubt_takes_every_decision() {
+        let judged = |v| Check::judge("x", "X", Measure::exact(v, "mm"), Limit::AtMost(1.0));
+        let mut checks = vec![
+            judged(0.5),
+            judged(9.0),
+            Check::not_checked("r", "R", "no model"),
+        ];
+        undecided(
+            &mut checks,
+            &of_gaps(&[gap(3, Missing::Weave)])
+                .into_iter()
+                .collect::<Vec<_>>(),
+        );
+        let found: Vec<Status> = checks.iter().map(|c| c.status).collect();
+        assert_eq!(
+            found,
+            [Status::CannotSay, Status::CannotSay, Status::NotChecked]
+        );
+        assert!(checks[0].reason.contains("WALL, line 3") && checks[0].remedy.is_some());
+        undecided(&mut checks, &[]);
+        assert!(checks[0].reason.contains("weaving"));
+    }
+}

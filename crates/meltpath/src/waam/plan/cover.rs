@@ -1,0 +1,342 @@
+//! What layers cover, and the beads that fill it: sections with allowance, corners and holes that beads bear.
+
+use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_geometry::boolean::{PlanarError, difference, intersection, union};
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::offset::{Join, inset, outset};
+use meltpath_geometry::overhang::{OverhangError, distance};
+use meltpath_geometry::region::signed_area;
+use meltpath_geometry::section::{HeightsError, Slice, SliceError, SlicePlan, slice};
+use meltpath_geometry::{Plane, Region};
+use meltpath_planning::{LayerPlan, PassIds, PlanError, Spacing, plan_layers};
+use meltpath_toolpath::Pass;
+use rayon::prelude::*;
+
+use crate::stages::part::Part;
+use crate::waam::settings::Settings;
+use crate::waam::settings::bead::FREE_EDGE;
+
+/// Holes narrower than this many bead widths, allowance taken off, are closed.
+const CLOSED_HOLE: f64 = 2.0;
+
+/// Why there is no plan.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanStageError {
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The part cannot be cut.
+    #[error("cannot slice the part: {0}")]
+    Slice(#[from] SliceError),
+    /// The layer heights make no sense.
+    #[error("cannot lay out layers: {0}")]
+    Heights(#[from] HeightsError),
+    /// A layer cannot be grown or shrunk.
+    #[error("cannot offset a layer: {0}")]
+    Planar(#[from] PlanarError),
+    /// Overhangs cannot be looked for.
+    #[error("cannot compare layers: {0}")]
+    Overhang(#[from] OverhangError),
+    /// A layer cannot be filled.
+    #[error("cannot fill a layer: {0}")]
+    Fill(#[from] PlanError),
+    /// Nothing to build.
+    #[error(
+        "no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance"
+    )]
+    NoBead {
+        /// Narrowest section that takes a bead, mm.
+        narrowest: f64,
+        /// Allowance, mm.
+        allowance: f64,
+    },
+}
+
+/// The sections whose union a layer has to cover, so that faces that look up get their allowance too: the part at the layer's
+/// mid-height and, at most this many mm apart, down to the allowance of upward faces below it.
+const BELOW_STEP: f64 = 1.0;
+
+/// For each height, the sections of the part at that height and down to an allowance below it; none above the part.
+pub(in crate::waam) fn cut(
+    part: &Part,
+    part_top: f64,
+    allowance: f64,
+    heights: &[f64],
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<Vec<Slice>>, PlanStageError> {
+    // the very top and the very bottom belong to the part
+    let (lowest, highest) = (1e-4 * part_top, part_top * (1.0 - 1e-4));
+    let steps = (allowance / BELOW_STEP).ceil().max(1.0) as u32;
+    let wanted = |h: f64| {
+        (0..=steps)
+            .map(move |i| h - f64::from(i) / f64::from(steps) * allowance)
+            .filter(move |z| *z <= part_top)
+            .map(move |z| z.clamp(lowest, highest))
+    };
+    let mut cuts: Vec<f64> = heights.iter().flat_map(|h| wanted(*h)).collect();
+    cuts.sort_unstable_by(f64::total_cmp);
+    cuts.dedup();
+    let slices = slice(
+        &part.mesh,
+        &SlicePlan::new(Plane::horizontal(0.0), cuts.clone()),
+        reporter,
+        observer,
+    )?;
+    let at = |z: f64| slices.get(cuts.partition_point(|c| *c < z)).cloned();
+    Ok(heights
+        .iter()
+        .map(|h| wanted(*h).filter_map(at).collect())
+        .collect())
+}
+
+fn hole_limit(settings: &Settings) -> f64 {
+    let diameter = CLOSED_HOLE * settings.bead.width.value;
+    0.25 * std::f64::consts::PI * diameter * diameter
+}
+
+/// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep, and
+/// as much more in corners as a bead needs to reach into them. No corner leans out farther for it than the part does
+/// there.
+pub(in crate::waam) fn covered(
+    sections: &[Vec<Slice>],
+    settings: &Settings,
+) -> Result<Vec<Vec<Region>>, PlanarError> {
+    let wanted: Vec<Wanted> = sections
+        .par_iter()
+        .map(|slices| wanted(slices, settings))
+        .collect::<Result<_, _>>()?;
+    let mut layers: Vec<Vec<Region>> = Vec::new();
+    for (i, Wanted { grown, mut room }) in wanted.iter().cloned().enumerate() {
+        if let Some(below) = layers.last() {
+            let leans = room.iter().map(|piece| {
+                let near = outset(
+                    std::slice::from_ref(piece),
+                    settings.bead.width.value,
+                    ROUND,
+                )?;
+                let own = intersection(&grown, &near)?;
+                let own = farthest_beyond(&own, &wanted[i - 1].grown)?;
+                let carried = outset(&intersection(below, &near)?, own, ROUND)?;
+                intersection(std::slice::from_ref(piece), &carried)
+            });
+            room = leans.collect::<Result<Vec<_>, _>>()?.concat();
+        }
+        layers.push(if room.is_empty() {
+            grown
+        } else {
+            union(&[grown, room].concat())?
+        });
+    }
+    Ok(layers)
+}
+
+/// What one layer is to cover.
+#[derive(Clone)]
+struct Wanted {
+    /// Its sections with their allowance.
+    grown: Vec<Region>,
+    /// More of it, where beads would not reach into corners.
+    room: Vec<Region>,
+}
+
+fn wanted(slices: &[Slice], settings: &Settings) -> Result<Wanted, PlanarError> {
+    let limit = hole_limit(settings);
+    let all: Vec<Region> = slices
+        .iter()
+        .flat_map(|s| s.regions.iter().cloned())
+        .collect();
+    let mut grown = outset(&all, settings.allowance, ROUND)?;
+    for region in &mut grown {
+        region.holes.retain(|h| signed_area(h).abs() >= limit);
+    }
+    let mut room = Vec::new();
+    if settings.fill.spacing != Spacing::Exact {
+        let corners = beyond_reach(&all, &grown, settings)?;
+        if !corners.is_empty() {
+            room = outset(&corners, REACH * settings.bead.width.value, ROUND)?;
+        }
+    }
+    Ok(Wanted { grown, room })
+}
+
+/// How far `regions` reach out over those `below`, mm.
+fn farthest_beyond(regions: &[Region], below: &[Region]) -> Result<f64, PlanarError> {
+    let beyond = difference(regions, below)?;
+    let corners = beyond.iter().flat_map(|piece| &piece.outer);
+    Ok(corners.map(|&p| distance(below, p)).fold(0.0, f64::max))
+}
+
+/// Corners of sections, with stock between the least and the allowance, that the metal of beads inside `grown` does not reach: at a sharp turn
+/// the arm cuts across, and the outside of the bead lacks metal.
+fn beyond_reach(
+    sections: &[Region],
+    grown: &[Region],
+    settings: &Settings,
+) -> Result<Vec<Region>, PlanarError> {
+    let width = settings.bead.width.value;
+    let (turn, edge) = (ROUND_TURN * width, FREE_EDGE * width);
+    let axes = inset(grown, 0.5 * width, ROUND)?;
+    let round = outset(&inset(&axes, turn, ROUND)?, turn, ROUND)?;
+    // what is lost by rounding the turns is small; what is large are walls too thin to be rounded
+    let mut reached = difference(&axes, &round)?;
+    reached.retain(|piece| piece.area() > 4.0 * turn * turn);
+    reached.extend(round);
+    let least = settings.limits.stock_min.max(0.0);
+    let wanted = least + STOCK_SHARE * (settings.allowance - least).max(0.0);
+    // never more than flat sides keep: they are as the job wants them
+    let flat = settings.allowance - (0.5 * width - edge) - 2.0 * SLIVER;
+    let covered = match wanted.min(flat) {
+        stock if stock >= 0.0 => outset(sections, stock, ROUND)?,
+        stock => inset(sections, -stock, ROUND)?,
+    };
+    let mut bare = difference(&covered, &outset(&reached, edge, ROUND)?)?;
+    // what is wide is a section too thin for a bead: told, not thickened; what is narrow is the offsets' own
+    let near = outset(&axes, width, ROUND)?;
+    bare = difference(&bare, &difference(&bare, &near)?)?;
+    outset(&inset(&bare, SLIVER, ROUND)?, SLIVER, ROUND)
+}
+
+/// Radius of the turn that the outside of a bead's metal makes at a right angle of its axis, less that of the metal itself,
+/// bead widths: found on the simulated corner of a plate with CNT50, a value of ours.
+const ROUND_TURN: f64 = 0.4;
+/// Stock that corners keep, share of what the allowance has over the least stock.
+const STOCK_SHARE: f64 = 0.5;
+/// How far round a corner that is not reached the layer grows, bead widths: the axis then goes beyond its turn.
+const REACH: f64 = 0.42;
+/// Where beads first lie beyond the metal that stands below them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lean {
+    /// Layer, from 1.
+    pub layer: u32,
+    /// A place there, mm.
+    pub place: DVec2,
+}
+
+/// The first layer that leans out over all layers below it, by more than a bead's axis may: what a height map cannot hold, for
+/// it has metal above a place only where there is metal down to the plate.
+pub(in crate::waam) fn lean(
+    regions: &[Vec<Region>],
+    width: f64,
+) -> Result<Option<Lean>, PlanarError> {
+    let mut layers = regions.iter().zip(1..);
+    let Some((mut foot, _)) = layers.next().map(|(r, n)| (r.clone(), n)) else {
+        return Ok(None);
+    };
+    for (layer, number) in layers {
+        // the axes of the outermost beads, less what the melt holds beside its ground
+        let axes = inset(layer, (0.5 + HELD) * width, ROUND)?;
+        let beyond = difference(&axes, &foot)?;
+        if let Some(place) = beyond.first().and_then(|r| r.outer.first()) {
+            return Ok(Some(Lean {
+                layer: number,
+                place: *place,
+            }));
+        }
+        foot = intersection(&foot, layer)?;
+    }
+    Ok(None)
+}
+
+/// How far the axis of a bead may lie beyond the metal below, bead widths: less than the cells of a height map tell.
+const HELD: f64 = 0.05;
+
+/// Corners of outlines, mm from the exact curve.
+const ROUND: Join = Join::Round {
+    arc_tolerance: 0.02,
+};
+/// Differences of outlines below this are the offsets' own, mm.
+const SLIVER: f64 = 0.05;
+
+pub(in crate::waam) fn tell_closed_holes(
+    sections: &[Vec<Slice>],
+    settings: &Settings,
+    reporter: &Reporter,
+) {
+    let limit = hole_limit(settings);
+    let shrunk = |hole: &[DVec2]| {
+        // a hole of area a shrunk by the allowance, as if it were round
+        let radius = (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance;
+        std::f64::consts::PI * radius.max(0.0).powi(2)
+    };
+    let small = |slice: &Slice| {
+        slice
+            .regions
+            .iter()
+            .flat_map(|r| &r.holes)
+            .filter(|h| shrunk(h) < limit)
+            .count()
+    };
+    let count = sections
+        .iter()
+        .filter_map(|s| s.first().map(small))
+        .max()
+        .unwrap_or(0);
+    if count > 0 {
+        let narrow = CLOSED_HOLE * settings.bead.width.value;
+        reporter.warn(
+            "holes-closed",
+            format!("{count} holes narrower than {narrow:.0} mm (allowance taken off) are filled, to be drilled: beads round them would start and stop for nothing"),
+            "",
+        );
+    }
+}
+
+/// Fills `regions`, a layer each, the wire's tip at the heights `torch`, mm.
+pub(in crate::waam) fn fill(
+    torch: &[f64],
+    regions: &[Vec<Region>],
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<LayerPlan>, PlanError> {
+    let planes: Vec<Plane> = torch.iter().map(|z| Plane::horizontal(*z)).collect();
+    let wanted: Vec<meltpath_planning::FillLayer<'_>> = planes
+        .iter()
+        .zip(regions)
+        .enumerate()
+        .map(|(i, (plane, regions))| meltpath_planning::FillLayer {
+            number: i as u32 + 1,
+            plane,
+            regions,
+        })
+        .collect();
+    plan_layers(
+        &wanted,
+        &settings.fill,
+        PassIds { part: 0 },
+        reporter,
+        observer,
+    )
+}
+
+pub(in crate::waam) fn no_bead(settings: &Settings) -> PlanStageError {
+    PlanStageError::NoBead {
+        narrowest: settings.fill.narrowest * settings.bead.width.value,
+        allowance: settings.allowance,
+    }
+}
+
+/// Share of the bead length without a neighbour in its own layer.
+pub(in crate::waam) fn single_share<'a>(passes: impl Iterator<Item = Pass<'a>>) -> f64 {
+    let (total, beside) = passes.fold((0.0, 0.0), |(total, beside), pass| {
+        let mut spans: Vec<(f64, f64)> = pass
+            .neighbours()
+            .filter(|n| n.layer == pass.layer)
+            .map(|n| (n.from, n.to))
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut reached = 0.0_f64;
+        let along = spans.iter().fold(0.0, |sum, &(from, to)| {
+            let new = (to - from.max(reached)).max(0.0);
+            reached = reached.max(to);
+            sum + new
+        });
+        (total + pass.length(), beside + along)
+    });
+    if total > 0.0 {
+        (1.0_f64 - beside / total).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}

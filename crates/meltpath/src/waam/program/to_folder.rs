@@ -1,0 +1,97 @@
+//! The programs of a plan by themselves, written into a folder.
+
+use std::path::Path;
+
+use meltpath_base::output::OutputFolder;
+use meltpath_base::{Observer, Reporter};
+use meltpath_programs::{TextFile, laid_from};
+use meltpath_toolpath::Toolpath;
+
+use crate::waam::drive::hold;
+use crate::waam::error::WaamError;
+use crate::waam::loaded::load;
+use crate::waam::plan::mend::settle;
+use crate::waam::program::wanted::{Torch, Wanted};
+use crate::waam::program::{self, ProgramStageError, Programs};
+use crate::waam::run::{load_part, read_toolpath};
+use crate::waam::settings::Settings;
+
+/// Lengths laid that differ by less, in relation, are the same.
+const SAME_LENGTH: f64 = 1e-3;
+
+/// Writes the programs of a plan, read back, into a new folder: in the dialects that the job asks for, else in the cell's own.
+/// Returns the names of the files.
+///
+/// # Errors
+/// [`WaamError`]; nothing is written then.
+pub fn program_to_folder(
+    job: &Path,
+    toolpath: &Path,
+    out: &Path,
+    wanted: Wanted,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Vec<String>, WaamError> {
+    let mut loaded = load(job, reporter)?;
+    let toolpath = read_toolpath(toolpath)?;
+    // the plan may have chosen how corners are smoothed
+    if loaded.settings.surface.is_none() && !loaded.job.machine.smoothing.is_written() {
+        let part = load_part(&loaded, reporter, observer)?;
+        settle(&mut loaded, &part, &Reporter::new(), observer)?;
+    }
+    let settings = &loaded.settings;
+    let own = settings.cell.program.dialect.value;
+    let dialects = match &settings.programs[..] {
+        [] => &[own],
+        asked => asked,
+    };
+    let mut files = Vec::new();
+    let mut way = None;
+    for &dialect in dialects {
+        let programs = hold::write(
+            &loaded.name,
+            &toolpath,
+            (dialect, wanted),
+            settings,
+            way.as_ref(),
+            (reporter, observer),
+        )?;
+        way = way.or_else(|| programs.chosen.way.clone());
+        observer.check()?;
+        faithful(&programs, &toolpath, wanted, settings)?;
+        for file in programs.files {
+            if !files.iter().any(|f: &TextFile| f.name == file.name) {
+                files.push(file);
+            }
+        }
+    }
+    let folder = OutputFolder::create(out)?;
+    for file in &files {
+        folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
+    }
+    folder.commit()?;
+    Ok(files.into_iter().map(|f| f.name).collect())
+}
+
+/// Refuses programs that do not read back as they were written, or that do not lay what was asked for.
+fn faithful(
+    programs: &Programs,
+    toolpath: &Toolpath,
+    wanted: Wanted,
+    settings: &Settings,
+) -> Result<(), ProgramStageError> {
+    let burns = match wanted.torch {
+        Torch::Dry => programs.parsed.iter().any(program::burns),
+        Torch::Burns => {
+            let silent = Reporter::new();
+            let commands =
+                program::commands(&programs.parsed, &programs.schedules, settings, &silent)?;
+            let planned = laid_from(toolpath, wanted.from)?;
+            let off = (commands.arc_length - planned).abs();
+            !commands.gaps.is_empty() || off > SAME_LENGTH * planned
+        }
+    };
+    if burns || !programs.stable {
+        return Err(ProgramStageError::Unfaithful);
+    }
+    Ok(())
+}
