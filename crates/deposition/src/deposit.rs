@@ -12,7 +12,9 @@ mod record;
 
 pub use driver::{Deposit, Deposition};
 pub use levelling::Levelling;
-pub use record::{Accumulation, ArcStart, LayerRecord, PathPoint, Spread, TubeDistance};
+pub use record::{
+    Accumulation, ArcStart, LayerRecord, PathPoint, Spread, TubeDistance, mean_along,
+};
 
 use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};
@@ -46,8 +48,8 @@ pub struct Settings {
     pub feed_response: Option<FeedResponse>,
     /// Distance between recorded path points, mm.
     pub record_step: f64,
-    /// Excess of the bead's local thickness over the layer's mean, as a share of it, from which a place is recorded
-    /// as an accumulation.
+    /// Excess of the bead's thickness over the layer's mean, as a share of it, from which a place is recorded as an
+    /// accumulation: over a bead's width of path.
     pub accumulation: f64,
 }
 

@@ -115,7 +115,7 @@ pub struct ArcStart {
 pub struct Accumulation {
     /// Highest point of the pile, mm.
     pub position: DVec3,
-    /// Local thickness over the mean of the layer.
+    /// Thickness over a bead's width of path, over the mean of the layer.
     pub ratio: f64,
 }
 
@@ -184,8 +184,9 @@ impl LayerRecord {
     }
 
     /// Statistics once the layer is whole. `ends` is the length at each end of a bead that is left out of crest and
-    /// thickness, mm; `limit` the excess from which a place is an accumulation; `spacing` the least distance of two.
-    pub(crate) fn close(&mut self, ends: f64, limit: f64, spacing: f64) {
+    /// thickness, mm; `limit` the excess from which a place is an accumulation; `width` that of the bead: over such a length
+    /// thickness is taken, and two accumulations lie so far apart.
+    pub(crate) fn close(&mut self, ends: f64, limit: f64, width: f64) {
         let middle = middle_of_beads(&self.path, ends);
         let inner = |f: fn(&PathPoint) -> f64| {
             let picked = self.path.iter().zip(&middle).filter(|(_, m)| **m);
@@ -198,23 +199,74 @@ impl LayerRecord {
         let Some(mean) = self.thickness.map(|t| t.mean).filter(|m| *m > 0.0) else {
             return;
         };
-        let mut high: Vec<&PathPoint> = self
-            .path
-            .iter()
-            .filter(|p| p.thickness > (1.0 + limit) * mean)
+        let thickness = mean_along(&self.path, |p| (p.bead, p.tool, p.thickness), width);
+        let mut high: Vec<(f64, DVec3)> = (thickness.iter().zip(&self.path))
+            .map(|(t, p)| (t / mean, p.crest))
+            .filter(|(ratio, _)| *ratio > 1.0 + limit)
             .collect();
-        high.sort_by(|a, b| b.thickness.total_cmp(&a.thickness));
-        for p in high {
+        high.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (ratio, position) in high {
             let known =
-                |a: &Accumulation| a.position.truncate().distance(p.crest.truncate()) < spacing;
+                |a: &Accumulation| a.position.truncate().distance(position.truncate()) < width;
             if !self.accumulations.iter().any(known) {
-                self.accumulations.push(Accumulation {
-                    position: p.crest,
-                    ratio: p.thickness / mean,
-                });
+                self.accumulations.push(Accumulation { position, ratio });
             }
         }
     }
+}
+
+/// The mean of a value over a length of bead round each point, mm; over what there is of it where the bead begins or ends.
+/// `of` tells of a point its bead, its place, mm, and its value. The highest of ten thousand single places is the luck of the cells
+/// beneath them; over a length it is what a gauge finds.
+///
+/// ```
+/// use meltpath_deposition::deposit::mean_along;
+/// use meltpath_geometry::math::DVec3;
+///
+/// let point = |x: u32| (0, DVec3::X * f64::from(x), f64::from(x));
+/// let means = mean_along(&[0, 1, 2, 3, 4].map(point), |p| *p, 2.0);
+/// assert_eq!(means, [0.5, 1.0, 2.0, 3.0, 3.5]);
+/// ```
+pub fn mean_along<T>(points: &[T], of: impl Fn(&T) -> (u32, DVec3, f64), length: f64) -> Vec<f64> {
+    let mut means = Vec::with_capacity(points.len());
+    for bead in points.chunk_by(|a, b| of(a).0 == of(b).0) {
+        // where each point lies along the bead, and the sum of the value up to there
+        let mut along = vec![(0.0, 0.0)];
+        for w in bead.windows(2) {
+            let [(_, from, a), (_, to, b)] = [of(&w[0]), of(&w[1])];
+            let (way, sum) = along.last().copied().unwrap_or_default();
+            let step = from.distance(to);
+            along.push((way + step, sum + 0.5 * (a + b) * step));
+        }
+        let total = along.last().map_or(0.0, |l| l.0);
+        // the value is linear between points
+        let sum_to = |way: f64| {
+            let next = along.partition_point(|a| a.0 < way).min(bead.len() - 1);
+            let Some(before) = next.checked_sub(1) else {
+                return 0.0;
+            };
+            let step = along[next].0 - along[before].0;
+            let share = if step > 0.0 {
+                (way - along[before].0) / step
+            } else {
+                0.0
+            };
+            let [a, b] = [of(&bead[before]).2, of(&bead[next]).2];
+            along[before].1 + step * share * (a + 0.5 * share * (b - a))
+        };
+        means.extend(bead.iter().zip(&along).map(|(point, (way, _))| {
+            let [from, to] = [
+                (way - 0.5 * length).max(0.0),
+                (way + 0.5 * length).min(total),
+            ];
+            if to > from {
+                (sum_to(to) - sum_to(from)) / (to - from)
+            } else {
+                of(point).2
+            }
+        }));
+    }
+    means
 }
 
 /// Which points lie farther than `ends` from both ends of their bead; all of them on beads shorter than that.

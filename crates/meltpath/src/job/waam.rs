@@ -191,8 +191,8 @@ table! {
         ctwd_max: Length where up_to(100.0) => default("20 mm", "usual reach of the gas; ask the maker of the torch");
         /// How far beyond the distances at which the wire feed was measured its law is taken to hold; of a stretch farther out and longer than the pool the verdict cannot say.
         ctwd_beyond: Length where within(0.0, 100.0) => default("0.5 mm", "the scatter of such a measurement");
-        /// Largest local thickness of a layer beyond its mean, share of it.
-        accumulation: Ratio where up_to(100.0) => default("100 %", "a usual limit for a blank to be machined");
+        /// Largest thickness of a layer beyond its mean, taken over a bead's width of path, share of it.
+        accumulation: Ratio where up_to(100.0) => default("50 %", "a usual limit for a blank to be machined");
         /// Largest shift of a layer over the one below, in bead widths.
         overhang: Ratio where up_to(100.0) => default("25 %", "a usual limit for a blank to be machined");
         /// Largest deviation of the distance between passes on a surface from the layer height, share of it.

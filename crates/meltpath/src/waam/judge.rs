@@ -274,7 +274,7 @@ pub fn layer_checks(
         checks.push(
             Check::judge(
                 "accumulation",
-                "accumulation: local thickness beyond the mean of its layer",
+                "accumulation: thickness over a bead's width of path, beyond the mean of its layer",
                 found,
                 Limit::AtMost(100.0 * limits.accumulation),
             )

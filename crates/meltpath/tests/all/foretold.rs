@@ -229,16 +229,22 @@ fn plans_foretell_what_their_runs_fail() {
 #[ignore = "a minute of computing"]
 fn plain_shapes_come_out_as_the_book_says() {
     let outcomes = [
-        ("wedge", "stock"),
+        ("wedge", "stock accumulation"),
         // it leans: nothing is decided
         (
             "outward cone",
             "lack excess stock height flatness accumulation ctwd-min ctwd-max ctwd-known",
         ),
         ("post", "excess stock height ctwd-min ctwd-known"),
-        ("layers too thin", "excess height ctwd-min ctwd-known"),
-        ("layers too thick", "lack excess stock ctwd-known"),
-        ("contact tube too near", "height accumulation ctwd-min"),
+        (
+            "layers too thin",
+            "excess height accumulation ctwd-min ctwd-known",
+        ),
+        (
+            "layers too thick",
+            "lack excess stock accumulation ctwd-known",
+        ),
+        ("contact tube too near", "height ctwd-min"),
         ("no allowance", "lack stock flatness"),
         ("wide stepover", "stock flatness accumulation ctwd-max"),
     ];

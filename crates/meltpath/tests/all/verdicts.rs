@@ -97,7 +97,7 @@ ctwd = "15 mm"
 [target]
 allowance = "2 mm"
 [checks]
-accumulation = "65 %"
+accumulation = "62 %"
 "#;
 
 fn part(folder: &Path, mesh: &Mesh) {

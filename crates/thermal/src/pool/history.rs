@@ -215,6 +215,31 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// Two lumps in one cell made one: what their moments leave out is bounded by the doubt, and a lump alone leaves out nothing.
+    #[test]
+    fn what_merged_lumps_leave_out_is_doubted() {
+        let (cell, spread, age) = (0.1, 0.02, 0.01);
+        let at = |centre: [f64; 2]| Lump::new(1.0, 0.0, centre, 0.01);
+        assert_eq!(at([0.02, 0.03]).doubt(age, spread, cell), 0.0);
+        let lumps = [at([0.0, 0.0]), at([0.07, 0.05])];
+        let both = lumps[0].with(&lumps[1]);
+        let warms = |l: &Lump, place: [f64; 2]| {
+            let each = [0, 1].map(|a| {
+                let variance = l.variance[a] + spread;
+                (-(place[a] - l.centre[a]).powi(2) / (2.0 * variance)).exp() / variance.sqrt()
+            });
+            l.heat * each[0] * each[1]
+        };
+        let grid =
+            (-20..40).flat_map(|i| (-20..40).map(move |j| [i, j].map(|n| 0.01 * f64::from(n))));
+        let wrong = grid
+            .map(|p| (warms(&lumps[0], p) + warms(&lumps[1], p) - warms(&both, p)).abs())
+            .fold(0.0, f64::max)
+            / warms(&both, both.centre);
+        let doubt = both.doubt(age, spread, cell);
+        assert!((0.3..1.0).contains(&(wrong / doubt)), "{wrong} {doubt}");
+    }
+
     proptest! {
         #[test]
         fn folding_keeps_heat_centre_and_spread(steps in prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64, 0.0..1.0_f64), 10..400)) {

@@ -386,27 +386,30 @@ fn fill_ghosts<R: Real>(
 mod tests {
     use super::*;
     use crate::grid::Grid;
-    use crate::material::CELSIUS;
     use crate::material::tests::titanium;
+    use crate::material::{CELSIUS, Material};
     use crate::solver::source::{Depth, Spot};
     use crate::solver::surface::Surface;
     use crate::solver::{Face, Faces, Solver};
     use meltpath_geometry::math::DVec3;
 
-    /// A beam that melts and evaporates, under these registers.
-    fn melted(level: Level) -> Vec<f32> {
-        let material = titanium();
-        let low = DVec3::new(-0.4, -0.4, -0.3);
-        let grid = Grid::covering(low, DVec3::new(0.6, 0.4, 0.0), DVec3::splat(0.04)).unwrap();
-        let faces = Faces {
+    fn faces(material: &Material) -> Faces {
+        Faces {
             top: Surface::Evaporating {
                 surroundings: 300.0 + CELSIUS,
                 ambient: 0.2,
             },
             sides: Face::Imposed(material.start),
             bottom: Face::Imposed(material.start),
-        };
-        let mut solver = Solver::<f32>::new(grid, material, faces).unwrap();
+        }
+    }
+
+    /// A beam that melts and evaporates, under these registers.
+    fn melted(level: Level) -> Vec<f32> {
+        let material = titanium();
+        let low = DVec3::new(-0.4, -0.4, -0.3);
+        let grid = Grid::covering(low, DVec3::new(0.6, 0.4, 0.0), DVec3::splat(0.04)).unwrap();
+        let mut solver = Solver::<f32>::new(grid, material.clone(), faces(&material)).unwrap();
         solver.block.level = level;
         for _ in 0..300 {
             let spot = Spot {
@@ -419,6 +422,19 @@ mod tests {
         }
         assert!(solver.ledger().evaporated > 0.0);
         solver.temperature().values
+    }
+
+    #[test]
+    fn a_row_differs_by_a_warmer_or_a_colder_cell() {
+        let grid = Grid::covering(DVec3::splat(-0.2), DVec3::ZERO, DVec3::splat(0.04)).unwrap();
+        let material = titanium();
+        let mut solver = Solver::<f64>::new(grid, material.clone(), faces(&material)).unwrap();
+        let block = &mut solver.block;
+        assert!(!block.row_differs(1, 0.5));
+        for (cell, row) in [(0.6, true), (-0.6, true), (0.4, false), (-0.4, false)] {
+            block.enthalpy[block.shape.cells[0] + 2] = cell;
+            assert_eq!([0, 1].map(|j| block.row_differs(j, 0.5)), [false, row]);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! How a wall on a surface grows: its program driven, its metal laid along the torch in voxels, on what the wall stands on.
 
 use meltpath_base::{Observer, Reporter};
-use meltpath_deposition::deposit::TubeDistance;
+use meltpath_deposition::deposit::{TubeDistance, mean_along};
 use meltpath_deposition::workpiece::{Laid, LaidPoint, Laying};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
@@ -193,12 +193,7 @@ pub(crate) fn outcomes(
     let passes = laid.path.chunk_by(|a, b| layer(a) == layer(b));
     let pass = |points: &[LaidPoint]| {
         let number = layer(points.first()?)?;
-        Some(outcome(
-            number,
-            points,
-            commands,
-            (settings.deposit.nominal_ctwd, spacing),
-        ))
+        Some(outcome(number, points, commands, settings, spacing))
     };
     passes.filter_map(pass).collect()
 }
@@ -223,8 +218,10 @@ fn outcome(
     number: u32,
     points: &[LaidPoint],
     commands: &Commands,
-    (nominal, spacing): (f64, f64),
+    settings: &Settings,
+    spacing: f64,
 ) -> LayerOutcome {
+    let (nominal, width) = (settings.deposit.nominal_ctwd, settings.bead.width.value);
     let mean = |f: &dyn Fn(&LaidPoint) -> f64| {
         points.iter().map(f).sum::<f64>() / points.len().max(1) as f64
     };
@@ -244,9 +241,10 @@ fn outcome(
         .min_by(nearer)
         .zip(points.iter().max_by(nearer));
     let thickness = mean(&|p| p.thickness);
-    let thickest = points
-        .iter()
-        .max_by(|a, b| a.thickness.total_cmp(&b.thickness));
+    let thickest = mean_along(points, |p| (p.bead, p.tool, p.thickness), width)
+        .into_iter()
+        .zip(points)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
     LayerOutcome {
         layer: number,
         planned_top,
@@ -255,7 +253,7 @@ fn outcome(
         ctwd_mean: mean(&|p| p.ctwd),
         ctwd_range: ends.map_or((f64::NAN, f64::NAN), |(a, b)| (a.ctwd, b.ctwd)),
         tube: ends.map(|(a, b)| [place(a), place(b)]),
-        accumulation: thickest.map(|p| (p.thickness / thickness - 1.0, p.crest)),
+        accumulation: thickest.map(|(t, p)| (t / thickness - 1.0, p.crest)),
         ..LayerOutcome::default()
     }
 }
