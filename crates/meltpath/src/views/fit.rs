@@ -46,33 +46,23 @@ fn parameters(found: &Found) -> Table {
 }
 
 fn bodies(found: &Found) -> Table {
-    let mut table = Table::new(
+    Table::of(
         "Measured and computed",
-        &[
-            "body",
-            "unit",
-            "measured",
-            "±",
-            "before",
-            "fitted",
-            "miss (in ±)",
-        ],
-    );
-    for (n, m) in found.measurements.all.iter().enumerate() {
-        let (factor, unit) = shown(&m.coupon);
-        let after = found.fitted.predicted[n];
-        table.rows.push(vec![
-            Cell::text(&m.name),
-            Cell::text(unit),
-            Cell::Fixed(factor * m.value, 1),
-            Cell::Fixed(factor * m.sigma, 1),
-            Cell::Fixed(factor * found.before[n], 1),
-            Cell::Fixed(factor * after, 1),
-            Cell::Fixed((m.value - after) / m.sigma, 2),
-        ]);
-    }
-    "Walls without stuck grains.".clone_into(&mut table.note);
-    table
+        found.measurements.all.iter().enumerate().map(|(n, m)| {
+            let (factor, unit) = shown(&m.coupon);
+            let after = found.fitted.predicted[n];
+            [
+                ("body", Cell::text(&m.name)),
+                ("unit", Cell::text(unit)),
+                ("measured", Cell::Fixed(factor * m.value, 1)),
+                ("±", Cell::Fixed(factor * m.sigma, 1)),
+                ("before", Cell::Fixed(factor * found.before[n], 1)),
+                ("fitted", Cell::Fixed(factor * after, 1)),
+                ("miss (in ±)", Cell::Fixed((m.value - after) / m.sigma, 2)),
+            ]
+        }),
+    )
+    .noted("Walls without stuck grains.")
 }
 
 const NAMES: [&str; 2] = ["uncalibrated", "calibrated"];

@@ -299,19 +299,6 @@ fn growth_section(wall: &Wall, asked: &Asked, settings: &Settings) -> Option<Sec
 }
 
 fn table(wall: &Wall) -> Table {
-    let mut table = Table::new(
-        "Passes",
-        &[
-            "pass",
-            "beads",
-            "length (mm)",
-            "distance least (mm)",
-            "mean (mm)",
-            "greatest (mm)",
-            "torch least (deg)",
-            "greatest (deg)",
-        ],
-    );
     let fixed = |v: f64, digits| {
         if v.is_finite() {
             Cell::Fixed(v, digits)
@@ -322,19 +309,21 @@ fn table(wall: &Wall) -> Table {
     let row = |group: &[SurfacePass]| {
         let [least, mean, greatest] = spacing_of(group);
         let [low, _, high] = tilt_of(group, wall);
-        vec![
-            Cell::Number(f64::from(group[0].number)),
-            Cell::Number(group.len() as f64),
-            Cell::Fixed(group.iter().map(SurfacePass::length).sum(), 0),
-            fixed(least, 3),
-            fixed(mean, 3),
-            fixed(greatest, 3),
-            fixed(low, 1),
-            fixed(high, 1),
+        [
+            ("pass", Cell::Number(f64::from(group[0].number))),
+            ("beads", Cell::Number(group.len() as f64)),
+            (
+                "length (mm)",
+                Cell::Fixed(group.iter().map(SurfacePass::length).sum(), 0),
+            ),
+            ("distance least (mm)", fixed(least, 3)),
+            ("mean (mm)", fixed(mean, 3)),
+            ("greatest (mm)", fixed(greatest, 3)),
+            ("torch least (deg)", fixed(low, 1)),
+            ("greatest (deg)", fixed(high, 1)),
         ]
     };
-    table.rows = numbered(wall).map(row).collect();
-    table
+    Table::of("Passes", numbered(wall).map(row))
 }
 
 /// Writes the as-built mesh, the ParaView fields and the series.
