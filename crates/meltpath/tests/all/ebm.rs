@@ -18,6 +18,7 @@ use meltpath::ebm::plan::planned;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
+use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::{chain, compare};
 use meltpath_base::{Reporter, Silent, Status};
 
@@ -58,7 +59,7 @@ fn a_small_job_runs_and_learns() {
     let extra = "sections = [[\"1 mm\", \"0.25 mm\"], [\"50 mm\", \"0 mm\"]]\n[window]\ngood = \"path.csv\"\n[region]\ninside = \"0.1 mm\"\n[optimise]\nmethod = \"learning\"\nrounds = 3\n[checks]\nin_window = \"5 %\"\n";
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     // charts preview: what they say is kept, and nothing passes by it
     assert_eq!(outcome.verdict.status(), Status::CannotSay);
     let share = &outcome.verdict.checks[0];
@@ -103,13 +104,7 @@ fn a_small_job_runs_and_learns() {
         .replace("path.csv", "out/path.csv")
         .replace("[simulation]\nframes = 3\nfiles", "files");
     std::fs::write(&again, previewed(&text)).unwrap();
-    let second = chain::run(
-        &again,
-        Some(&dir.path().join("second")),
-        dir.path(),
-        &Silent,
-    )
-    .unwrap();
+    let second = chain::run(&again, At(&dir.path().join("second")), &Silent).unwrap();
     assert_eq!(
         std::fs::read(out.join("charts/1.melt")).unwrap(),
         std::fs::read(second.folder.join("charts/1.melt")).unwrap()
@@ -124,7 +119,7 @@ fn a_region_is_hatched_layer_by_layer() {
         + "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
     let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
-    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    chain::run(&file, At(&out), &Silent).unwrap();
     let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
     // the second layer's lines run along y
     let upright = csv.lines().skip(1).filter(|l| !l.starts_with('#'));
@@ -157,7 +152,7 @@ fn a_path_is_found_on_the_reference_solver() {
         + "[hatch]\nstrategy = \"one-way\"\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\norders = [\"backwards\"]\nrounds = 4\ncell = \"0.1 mm\"\n[checks]\nin_window = \"5 %\"\n";
     let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     // one run of the solver shows no convergence
     assert_eq!(outcome.verdict.status(), Status::CannotSay);
     let fact = outcome
@@ -191,7 +186,7 @@ fn a_path_is_found_on_the_reference_solver() {
     // between two steps
     assert!(warned("charts-in-steps"));
     let voxels = out.join("series/voxels.csv");
-    let same = compare::compare(&out, Some(&voxels), None, dir.path(), &Silent).unwrap();
+    let same = compare::compare(&out, Some(&voxels), NextIn(dir.path()), &Silent).unwrap();
     let apart = same.parts.iter().map(|p| p.apart.mean);
     assert!(apart.fold(0.0, f64::max) < 1.0);
     let wrong = text.replace("solver = \"reference\"\n", "");
@@ -221,7 +216,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     let refused = |extra: &str, focus: f64| {
         let file = job(dir.path(), extra, focus);
         let out = dir.path().join("out");
-        let error = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap_err();
+        let error = chain::run(&file, At(&out), &Silent).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };
@@ -325,7 +320,7 @@ fn a_part_without_beam_or_area_is_refused() {
     let refused = |part: &str| {
         let extra = format!("[judge]\nsolver = \"reference\"\nbeyond = \"0 mm\"\npart = {part}\n");
         let file = job(dir.path(), &extra, 4e-3);
-        chain::run(&file, Some(&dir.path().join("out")), dir.path(), &Silent)
+        chain::run(&file, At(&dir.path().join("out")), &Silent)
             .unwrap_err()
             .to_string()
     };
@@ -342,7 +337,7 @@ fn a_small_job_is_judged() {
     let extra = "[judge]\nsolver = \"reference\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\npart = [[\"0.5 mm\", \"0.2 mm\"], [\"1.5 mm\", \"0.5 mm\"]]\n";
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     let check = &outcome.verdict.checks[0];
     assert!(check.title.ends_with("on the reference solver"));
     for said in ["cells of 125.0 µm", "in the window as it was"] {
@@ -373,7 +368,7 @@ fn the_whole_section_is_judged() {
         );
         let file = job(dir.path(), &extra, 4e-3);
         let out = dir.path().join("out");
-        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let outcome = chain::run(&file, At(&out), &Silent).unwrap();
         std::fs::remove_dir_all(&out).unwrap();
         println!("{}", outcome.verdict.to_json());
         move |id: &str| {
@@ -442,7 +437,7 @@ fn lines_overrun_the_contour() {
         + "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
     let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
-    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    chain::run(&file, At(&out), &Silent).unwrap();
     let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
     let column = |n: usize| -> Vec<f64> {
         let rows = csv

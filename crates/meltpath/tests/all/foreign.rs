@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::support::{check, says, thin_wall, write};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::simulate_program;
 use meltpath_base::{Silent, Status, Verdict};
 
@@ -60,7 +61,7 @@ fn job(folder: &Path) -> PathBuf {
 fn simulated(folder: &Path, lines: &[&str], job: Option<&Path>) -> Verdict {
     let program = program(folder, lines);
     let runs = folder.join("runs");
-    simulate_program(&program, job, None, &runs, &Silent)
+    simulate_program(&program, job, NextIn(&runs), &Silent)
         .unwrap()
         .verdict
 }
@@ -99,8 +100,7 @@ fn a_contact_tube_that_drifts_in_the_middle_fails_there() {
     let verdict = simulate_program(
         &program,
         Some(&job),
-        None,
-        &dir.path().join("runs"),
+        NextIn(&dir.path().join("runs")),
         &Silent,
     )
     .unwrap()
@@ -200,7 +200,7 @@ fn a_folder_of_programs_is_simulated_from_its_main() {
     call("FIRST", "SECOND");
     call("SECOND", "WALL");
     let runs = dir.path().join("runs");
-    let simulate = || simulate_program(&folder, Some(&job), None, &runs, &Silent);
+    let simulate = || simulate_program(&folder, Some(&job), NextIn(&runs), &Silent);
     let outcome = simulate().unwrap();
     assert_eq!(check(&outcome.verdict, "lines").status, Status::Pass);
     assert!(outcome.verdict.facts.iter().any(|f| f.id == "wire-mass"));
@@ -228,7 +228,7 @@ fn the_plate_is_where_the_job_says() {
         .replace("Z = 60 mm", "Z = 472 mm");
     let runs = dir.path().join("runs");
     let simulate = || {
-        simulate_program(&program, Some(&job), None, &runs, &Silent)
+        simulate_program(&program, Some(&job), NextIn(&runs), &Silent)
             .unwrap()
             .verdict
     };
@@ -296,7 +296,7 @@ fn beads_that_go_up_and_down_are_simulated_and_not_decided() {
     ];
     let program = written(dir.path(), &lines, &places);
     let runs = dir.path().join("runs");
-    let outcome = simulate_program(&program, Some(&job), None, &runs, &Silent).unwrap();
+    let outcome = simulate_program(&program, Some(&job), NextIn(&runs), &Silent).unwrap();
     for id in METAL {
         let check = check(&outcome.verdict, id);
         assert_eq!(check.status, Status::CannotSay, "{id}");
@@ -325,7 +325,7 @@ fn stacks_one_after_the_other_are_simulated() {
     let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
     let program = written(dir.path(), &lines, &places);
     let runs = dir.path().join("runs");
-    let outcome = simulate_program(&program, Some(&job), None, &runs, &Silent).unwrap();
+    let outcome = simulate_program(&program, Some(&job), NextIn(&runs), &Silent).unwrap();
     let height = check(&outcome.verdict, "height");
     // against the top of another stack's layer it would be off by more
     assert!(height.value.as_ref().unwrap().value < 3.0, "{height:?}");
@@ -400,7 +400,7 @@ fn coordinated_beads_are_laid_in_the_frame_of_the_part() {
     let program = write(dir.path(), "wall.ls", text);
     let verdict = |name: &str| {
         let runs = dir.path().join(name);
-        simulate_program(&program, Some(&job), None, &runs, &Silent)
+        simulate_program(&program, Some(&job), NextIn(&runs), &Silent)
             .unwrap()
             .verdict
     };

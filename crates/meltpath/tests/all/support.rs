@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath::chain;
 use meltpath::ebm::plan::{Plan, planned};
 use meltpath::job::{Job, load};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath_base::{Check, Silent, Verdict};
 
 /// The check `id`.
@@ -43,7 +44,7 @@ pub(crate) fn write(folder: &Path, name: impl AsRef<Path>, content: impl AsRef<[
 #[track_caller]
 pub(crate) fn refusal(job: &Path) -> String {
     let folder = job.parent().unwrap();
-    let error = chain::run(job, None, folder, &Silent).unwrap_err();
+    let error = chain::run(job, NextIn(folder), &Silent).unwrap_err();
     error.to_string()
 }
 

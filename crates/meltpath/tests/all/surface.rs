@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
 use meltpath::cancel::Stop;
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{WaamError, plan_to_file, read_toolpath, run};
 use meltpath_base::{Check, Fact, Reporter, Silent, Status, Verdict};
 use meltpath_geometry::Mesh;
@@ -45,7 +46,7 @@ struct Ran {
 
 impl Ran {
     fn of(job: &Path, dir: TempDir) -> Self {
-        let outcome = run(job, None, &job.with_file_name("runs"), &Silent).unwrap();
+        let outcome = run(job, NextIn(&job.with_file_name("runs")), &Silent).unwrap();
         let csv = std::fs::read_to_string(outcome.folder.join("series/surface.csv")).unwrap();
         let row = |line: &str| -> Vec<f64> {
             let value = |v: &str| v.parse().unwrap_or(f64::NAN);
@@ -264,7 +265,7 @@ fn a_wall_grows_from_a_cylinder() {
 
 fn refused(folder: &Path, part: &str, height: &str, surface: &str) -> String {
     let job = job(folder, part, height, surface);
-    let error = run(&job, None, &folder.join("runs"), &Silent).unwrap_err();
+    let error = run(&job, NextIn(&folder.join("runs")), &Silent).unwrap_err();
     assert!(!folder.join("runs/001").exists());
     // the plan alone refuses it likewise
     let other = plan_to_file(&job, &folder.join("a.melt"), &Silent).unwrap_err();

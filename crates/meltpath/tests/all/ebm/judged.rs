@@ -2,6 +2,7 @@
 
 use crate::support::{refusal, says};
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Silent, Status, Verdict};
 
 use super::{job, path};
@@ -17,7 +18,7 @@ fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
         );
         let file = job(dir.path(), &extra, 4e-3);
         let out = dir.path().join("out");
-        let verdict = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let verdict = chain::run(&file, At(&out), &Silent).unwrap();
         std::fs::remove_dir_all(&out).unwrap();
         verdict.verdict
     };
@@ -84,7 +85,7 @@ fn the_solver_judges_without_charts() {
     let run = |charts: &str, name: &str| {
         write(charts, judge);
         let out = dir.path().join(name);
-        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let outcome = chain::run(&file, At(&out), &Silent).unwrap();
         (outcome.verdict, out)
     };
     let (alone, out) = run("preview = \"none\"\n", "alone");
@@ -130,7 +131,7 @@ fn a_layer_stands_on_what_the_one_below_left() {
         );
         std::fs::write(&file, text).unwrap();
         let out = dir.path().join("out");
-        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let outcome = chain::run(&file, At(&out), &Silent).unwrap();
         let table = std::fs::read_to_string(out.join("series/layers-reference.csv")).ok();
         let report = std::fs::read_to_string(out.join("report.html")).unwrap();
         let map = std::fs::read(out.join("fields/front-reference.vti")).unwrap();

@@ -4,6 +4,7 @@ use std::path::Path;
 use crate::support::{plan_of, refusal, says};
 use meltpath::chain;
 use meltpath::ebm::simulate::simulate;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Reporter, Silent};
 use meltpath_thermal::criteria::Class;
 
@@ -46,7 +47,7 @@ fn times_of_spots_are_found_through_a_job() {
     // the report of a shorter search tells as much
     let file = job(dir.path(), "spots", &how(1));
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("Time on each spot") && report.contains("distance to the contour"));
     assert!(!outcome.verdict.checks.is_empty());
@@ -60,7 +61,7 @@ fn times_of_spots_are_learned_on_charts() {
         "spots",
         "method = \"learning\"\nchange = \"dwell\"\nrounds = 4\n",
     );
-    let outcome = chain::run(&file, Some(&dir.path().join("out")), dir.path(), &Silent);
+    let outcome = chain::run(&file, At(&dir.path().join("out")), &Silent);
     let report = std::fs::read_to_string(dir.path().join("out/report.html")).unwrap();
     assert!(outcome.is_ok() && report.contains("Time on each spot"));
 }
