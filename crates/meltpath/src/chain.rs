@@ -12,24 +12,20 @@ use crate::lpbf::{self, LpbfError};
 use crate::outcome::{Examined, Outcome, RunFolder, warning_line};
 use crate::waam::{self, WaamError};
 
-/// Why a job could not be run. Everything here is the input's or the system's doing; nothing was written.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The person stopped it.
-    #[error(transparent)]
-    Cancelled(Cancelled),
-    /// The job file.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// A wire-arc job.
-    #[error(transparent)]
-    Waam(WaamError),
-    /// An electron-beam job.
-    #[error(transparent)]
-    Ebm(EbmError),
-    /// A scan-head job.
-    #[error(transparent)]
-    Lpbf(LpbfError),
+meltpath_base::passes_on! {
+    /// Why a job could not be run. Everything here is the input's or the system's doing; nothing was written.
+    pub enum RunError {
+        /// The person stopped it.
+        Cancelled[Cancelled],
+        /// The job file.
+        Job(JobError),
+        /// A wire-arc job.
+        Waam[WaamError],
+        /// An electron-beam job.
+        Ebm[EbmError],
+        /// A scan-head job.
+        Lpbf[LpbfError],
+    }
 }
 
 /// What every process says alike is told apart from what is its own.
