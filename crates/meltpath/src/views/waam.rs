@@ -156,7 +156,7 @@ pub fn sections(simulation: &Simulation, growth: &GrowthError, limits: &Limits) 
                 height_plot(&simulation.layers, growth),
                 ctwd_plot(&simulation.layers, limits),
                 flatness_plot(&simulation.layers, limits),
-                speed_plot(simulation),
+                speed_plot(&simulation.samples),
             ],
             vec![layer_table(&simulation.layers)],
         ),
@@ -211,9 +211,9 @@ fn flatness_plot(layers: &[LayerOutcome], limits: &Limits) -> Plot {
     .limit("limit", limits.flatness)
 }
 
-fn speed_plot(simulation: &Simulation) -> Plot {
-    let speeds: Vec<f64> = simulation
-        .samples
+/// How fast beads are drawn.
+fn speed_plot(samples: &[Sample]) -> Plot {
+    let speeds: Vec<f64> = samples
         .iter()
         .filter(|s| s.arc)
         .map(|s| s.speed * PER_MINUTE)

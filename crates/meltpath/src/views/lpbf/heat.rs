@@ -6,7 +6,7 @@ use meltpath_report::html::Section;
 use meltpath_report::plot::{Aspect, Axis, Plot};
 use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
-use meltpath_report::vtk::{Field, Values, write_height_image};
+use meltpath_report::vtk::{Field, write_height_image};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
@@ -191,14 +191,9 @@ pub(super) fn write(
         |map: &FusionMap| -> Vec<f32> { map.highest.iter().map(|t| t - CELSIUS as f32).collect() };
     let [asked, marked] = [0, 1].map(|n| celsius(&heat.drawings[n].map));
     folder.write(&format!("fields/melted-{number}.vti"), |w| {
-        let field = |name, values| Field {
-            name,
-            unit: "°C",
-            values: Values::Float32(values),
-        };
         let fields = [
-            field("highest temperature as commanded", &asked),
-            field("highest temperature as marked", &marked),
+            Field::floats("highest temperature as commanded", "°C", &asked),
+            Field::floats("highest temperature as marked", "°C", &marked),
         ];
         write_height_image(w, &grid, -map.depth, &fields).map_err(std::io::Error::other)
     })?;

@@ -9,13 +9,13 @@ use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_planning::surface::{SurfacePass, SurfacePoint, distribution, torch_axes};
 use meltpath_report::html::Section;
-use meltpath_report::plot::{Plot, histogram};
+use meltpath_report::plot::Plot;
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility};
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::write_lines;
 
 use super::{
-    PER_MINUTE, SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, write_passes,
+    SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, speed_plot, write_passes,
 };
 use crate::views::write_csv;
 use crate::waam::settings::Settings;
@@ -250,18 +250,7 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
     if let Some(limit) = settings.limits.tilt {
         tilt = tilt.limit("limit", limit.to_degrees());
     }
-    let speeds: Vec<f64> = wall
-        .samples
-        .iter()
-        .filter(|s| s.arc)
-        .map(|s| s.speed * PER_MINUTE)
-        .collect();
-    let speed = Plot::new(
-        "Travel speed with arc",
-        ["speed", "m/min"],
-        ["kept samples", ""],
-    )
-    .bars("samples", histogram(&speeds, 40));
+    let speed = speed_plot(&wall.samples);
     let part_turns = settings
         .robot
         .as_ref()
