@@ -2,7 +2,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::support::{warned, write};
+use crate::support::{has_files, warned, write};
 use meltpath::compare::quantity::Quantity;
 use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::{chain, compare};
@@ -53,15 +53,16 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
         found.parts[0].apart
     );
     assert!(warned(&found.verdict, "samples-left-out"));
-    for name in [
-        "report.html",
-        "pairs.csv",
-        "map.csv",
-        "map.vti",
-        "verdict.json",
-    ] {
-        assert!(out.join(name).is_file(), "{name}");
-    }
+    has_files(
+        &out,
+        &[
+            "report.html",
+            "pairs.csv",
+            "map.csv",
+            "map.vti",
+            "verdict.json",
+        ],
+    );
     // the pairs it wrote are a table themselves: the run's own temperatures, met again to the rounding of the file
     let pairs = std::fs::read_to_string(out.join("pairs.csv")).unwrap();
     let own: String = pairs
@@ -137,14 +138,15 @@ fn charts_are_compared_with_their_judge() {
     let froze = &of(Quantity::Solidified).apart;
     assert!(froze.mean < 5e-4, "{froze:?}");
     assert!(in_style(&out) > 10 && in_style(&run) > 10);
-    for name in [
-        "pairs.csv",
-        "pairs-highest.csv",
-        "map-molten.vti",
-        "map-solidified.csv",
-    ] {
-        assert!(out.join(name).is_file(), "{name}");
-    }
+    has_files(
+        &out,
+        &[
+            "pairs.csv",
+            "pairs-highest.csv",
+            "map-molten.vti",
+            "map-solidified.csv",
+        ],
+    );
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("Time of freezing"));
     // tables against tables: each with itself, and charts with the solver within a twentieth of a millimetre

@@ -11,16 +11,16 @@ mod reference_solver;
 mod spots;
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::support::{plan_of, refusal, rows, says, warned, write};
+use crate::support::{check, has_files, plan_of, refusal, rows, says, warned, write};
 use meltpath::ebm::plan::planned;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
 use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::{chain, compare};
-use meltpath_base::{Reporter, Silent, Status};
+use meltpath_base::{Reporter, Silent, Status, Verdict};
 
 /// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
 fn path(lines: u32, focus: f64) -> String {
@@ -48,7 +48,27 @@ pub(crate) fn previewed(text: &str) -> String {
     }
 }
 
-fn job(folder: &Path, extra: &str, focus: f64) -> std::path::PathBuf {
+/// A job without a file of its path, with more tables.
+fn hatched(folder: &Path, tables: &str) -> PathBuf {
+    let text = JOB.replace("path = \"path.csv\"\n", "") + tables;
+    write(folder, "job.toml", previewed(&text))
+}
+
+/// The path that a run of a job writes.
+fn drawn(file: &Path, out: &Path) -> String {
+    chain::run(file, At(out), &Silent).unwrap();
+    std::fs::read_to_string(out.join("path.csv")).unwrap()
+}
+
+/// What a job of six lines says; its folder is gone.
+fn verdict_of(folder: &Path, extra: &str) -> Verdict {
+    let file = job(folder, extra, 4e-3);
+    let outcome = chain::run(&file, At(&folder.join("out")), &Silent).unwrap();
+    std::fs::remove_dir_all(&outcome.folder).unwrap();
+    outcome.verdict
+}
+
+fn job(folder: &Path, extra: &str, focus: f64) -> PathBuf {
     std::fs::write(folder.join("path.csv"), path(6, focus)).unwrap();
     write(folder, "job.toml", previewed(&format!("{JOB}{extra}")))
 }
@@ -74,19 +94,20 @@ fn a_small_job_runs_and_learns() {
     }
     let told = warned(&outcome.verdict, "laws-extrapolated");
     assert!(told, "{:?}", outcome.verdict.warnings);
-    for name in [
-        "report.html",
-        "verdict.json",
-        "provenance.json",
-        "path.csv",
-        "charts/1.melt",
-        "series/voxels.csv",
-        "fields/temperature.pvd",
-        "fields/frames/003.vti",
-        "fields/voxels.vti",
-    ] {
-        assert!(out.join(name).is_file(), "{name}");
-    }
+    has_files(
+        &out,
+        &[
+            "report.html",
+            "verdict.json",
+            "provenance.json",
+            "path.csv",
+            "charts/1.melt",
+            "series/voxels.csv",
+            "fields/temperature.pvd",
+            "fields/frames/003.vti",
+            "fields/voxels.vti",
+        ],
+    );
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     says(
         &report,
@@ -115,12 +136,11 @@ fn a_small_job_runs_and_learns() {
 #[test]
 fn a_region_is_hatched_layer_by_layer() {
     let dir = tempfile::tempdir().unwrap();
-    let text = JOB.replace("path = \"path.csv\"\n", "")
-        + "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
-    let file = write(dir.path(), "job.toml", previewed(&text));
+    let tables = "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
+    let file = hatched(dir.path(), tables);
+    let text = std::fs::read_to_string(&file).unwrap();
     let out = dir.path().join("out");
-    chain::run(&file, At(&out), &Silent).unwrap();
-    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let csv = drawn(&file, &out);
     // the second layer's lines run along y
     let upright = csv.lines().skip(1).filter(|l| !l.starts_with('#'));
     let first: Vec<Vec<f64>> = upright
@@ -366,14 +386,10 @@ fn the_whole_section_is_judged() {
         let extra = format!(
             "[ebm]\nefficiency = \"50 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
         );
-        let file = job(dir.path(), &extra, 4e-3);
-        let out = dir.path().join("out");
-        let outcome = chain::run(&file, At(&out), &Silent).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
-        println!("{}", outcome.verdict.to_json());
+        let verdict = verdict_of(dir.path(), &extra);
+        println!("{}", verdict.to_json());
         move |id: &str| {
-            let found = outcome.verdict.checks.iter().find(|c| c.id == id);
-            let check = found.unwrap();
+            let check = check(&verdict, id);
             (
                 check.status,
                 check.value.as_ref().unwrap().value,
@@ -433,12 +449,11 @@ fn the_whole_section_is_judged() {
 #[test]
 fn lines_overrun_the_contour() {
     let dir = tempfile::tempdir().unwrap();
-    let text = JOB.replace("path = \"path.csv\"\n", "")
-        + "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
-    let file = write(dir.path(), "job.toml", previewed(&text));
+    let tables = "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
+    let file = hatched(dir.path(), tables);
+    let text = std::fs::read_to_string(&file).unwrap();
     let out = dir.path().join("out");
-    chain::run(&file, At(&out), &Silent).unwrap();
-    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let csv = drawn(&file, &out);
     let column = |n: usize| -> Vec<f64> {
         let rows = csv
             .lines()

@@ -158,11 +158,10 @@ fn remedies_of_a_file_of_measurements_are_true() {
 #[test]
 fn a_fit_that_learns_nothing_cannot_say() {
     let dir = tempfile::tempdir().unwrap();
-    let file = dir.path().join("m.toml");
     let text = format!(
         "layers = 1\nspacing = \"100 µm\"\n[[porosity]]\nmeasured = \"0 %\"\nsigma = \"0.5 %\"\ncurrent = \"5 mA\"\nspeed = \"400 mm/s\"\nspacing = \"0.1 mm\"\n{BEAM}"
     );
-    std::fs::write(&file, text).unwrap();
+    let file = write(dir.path(), "m.toml", text);
     let found = fit(&file, At(&dir.path().join("out")), &Silent).unwrap();
     println!("{:?}", found.verdict.checks);
     assert_eq!(found.verdict.status(), Status::CannotSay);

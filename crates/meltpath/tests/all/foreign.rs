@@ -124,13 +124,17 @@ fn a_contact_tube_that_drifts_in_the_middle_fails_there() {
     }
 }
 
+fn change_cell(folder: &Path, change: impl FnOnce(String) -> String) {
+    let cell = folder.join("cell.toml");
+    let known = std::fs::read_to_string(&cell).unwrap();
+    std::fs::write(&cell, change(known)).unwrap();
+}
+
 /// A program that feeds more than any bead of the map was fed: nothing is known of its beads.
 #[test]
 fn a_feed_outside_the_map_is_undecided_where_it_begins() {
     let dir = tempfile::tempdir().unwrap();
     let job = job(dir.path());
-    let cell = dir.path().join("cell.toml");
-    let text = std::fs::read_to_string(&cell).unwrap();
     let usual = "wire_feed = \"8 m/min\"";
     assert!(
         simulated(dir.path(), &[], Some(&job))
@@ -138,7 +142,9 @@ fn a_feed_outside_the_map_is_undecided_where_it_begins() {
             .iter()
             .all(|c| c.id != "range")
     );
-    std::fs::write(&cell, text.replace(usual, "wire_feed = \"14 m/min\"")).unwrap();
+    change_cell(dir.path(), |text| {
+        text.replace(usual, "wire_feed = \"14 m/min\"")
+    });
     let verdict = simulated(dir.path(), &[], Some(&job));
     let range = check(&verdict, "range");
     assert_eq!(range.status, Status::CannotSay);
@@ -257,10 +263,8 @@ fn the_plate_is_where_the_job_says() {
 fn woven_beads_are_simulated_and_not_decided() {
     let dir = tempfile::tempdir().unwrap();
     let job = job(dir.path());
-    let cell = dir.path().join("cell.toml");
-    let known = std::fs::read_to_string(&cell).unwrap();
     let weave = "[[program.weave]]\nnumber = 1\nshape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"3 mm\"\n";
-    std::fs::write(&cell, format!("{known}{weave}")).unwrap();
+    change_cell(dir.path(), |known| known + weave);
     let verdict = simulated(dir.path(), &["Weave Sine[1]"], Some(&job));
     assert_eq!(check(&verdict, "lines").status, Status::Pass);
     for id in METAL {

@@ -40,6 +40,14 @@ pub(crate) fn write(folder: &Path, name: impl AsRef<Path>, content: impl AsRef<[
     file
 }
 
+/// All of these lie in a folder.
+#[track_caller]
+pub(crate) fn has_files(folder: &Path, names: &[&str]) {
+    for name in names {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+}
+
 /// What a run of a job is refused with.
 #[track_caller]
 pub(crate) fn refusal(job: &Path) -> String {

@@ -1,6 +1,6 @@
 //! Jobs that build a wall along a surface: the torus of Campocasso 2017 from its STEP file, sheets of triangles, and what is refused.
 
-use crate::support::{says, write};
+use crate::support::{self, says, write};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
@@ -63,8 +63,16 @@ impl Ran {
     }
 
     fn check(&self, id: &str) -> &Check {
-        let found = self.verdict.checks.iter().find(|c| c.id == id);
-        found.unwrap_or_else(|| panic!("no check {id}: {:?}", self.verdict.checks))
+        support::check(&self.verdict, id)
+    }
+
+    #[track_caller]
+    fn cannot_say(&self, ids: &[&str], why: &str) {
+        for id in ids {
+            let check = self.check(id);
+            assert_eq!(check.status, Status::CannotSay, "{check:?}");
+            assert!(check.reason.contains(why), "{check:?}");
+        }
     }
 
     fn fact(&self, id: &str) -> &Fact {
@@ -468,11 +476,7 @@ fn metal_beside_the_torch_cannot_be_said() {
     sheet(dir.path(), &leaning(25_f64.to_radians(), 16.0));
     let how = format!("torch = \"fixed\"\n{BEAD}");
     let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", &how), dir);
-    for id in ["height", "ctwd-max", "loose"] {
-        let check = ran.check(id);
-        assert_eq!(check.status, Status::CannotSay, "{check:?}");
-        assert!(check.reason.contains("25.0 deg aside"), "{check:?}");
-    }
+    ran.cannot_say(&["height", "ctwd-max", "loose"], "25.0 deg aside");
 }
 
 #[test]
@@ -523,11 +527,7 @@ fn metal_of_a_controller_that_nobody_knows_cannot_be_said() {
     std::fs::write(dir.path().join("cell.toml"), cell).unwrap();
     let how = "torch = \"tangent\"\n[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[machine]\ncell = \"cell.toml\"\n[output]\nprograms = []";
     let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", how), dir);
-    for id in ["height", "ctwd-min", "loose"] {
-        let check = ran.check(id);
-        assert_eq!(check.status, Status::CannotSay, "{check:?}");
-        assert!(check.reason.contains("no corner model"), "{check:?}");
-    }
+    ran.cannot_say(&["height", "ctwd-min", "loose"], "no corner model");
 }
 
 /// A dome is laid up to where a pass has no room for its pool, and the verdict fails by the opening.

@@ -5,7 +5,7 @@ use meltpath::chain;
 use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Silent, Status, Verdict};
 
-use super::{job, path};
+use super::{path, verdict_of};
 
 /// Vapour: what the verdict says of its mass and of the element that loses most, where a pool of conduction ends, and that the
 /// remedy ends the doubt. A gas in the chamber holds vapour down; without the laws nobody knows.
@@ -16,11 +16,7 @@ fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
         let extra = format!(
             "[ebm]\n{beam}[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
         );
-        let file = job(dir.path(), &extra, 4e-3);
-        let out = dir.path().join("out");
-        let verdict = chain::run(&file, At(&out), &Silent).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
-        verdict.verdict
+        verdict_of(dir.path(), &extra)
     };
     let check = |verdict: &Verdict| {
         let mut checks = verdict.checks.iter();

@@ -1,7 +1,7 @@
 //! A layer of a part drawn by the electron beam: cut, scaled, hatched, over the metal and the powder that lie below it.
 use std::path::{Path, PathBuf};
 
-use crate::support::{plan_of, says};
+use crate::support::{plan_of, says, write};
 use meltpath::chain;
 use meltpath::chain::RunError;
 use meltpath::ebm::region::Below;
@@ -18,13 +18,8 @@ fn bridge() -> PathBuf {
 
 fn job(folder: &Path, extra: &str) -> PathBuf {
     std::fs::copy(bridge(), folder.join("bridge.step")).unwrap();
-    let file = folder.join("job.toml");
-    std::fs::write(
-        &file,
-        super::previewed(&format!("part = \"bridge.step\"\n{JOB}{extra}")),
-    )
-    .unwrap();
-    file
+    let text = format!("part = \"bridge.step\"\n{JOB}{extra}");
+    write(folder, "job.toml", super::previewed(&text))
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Spots through jobs: their times are learned on charts and on the reference solver; what has no spots is refused.
 use std::path::Path;
 
-use crate::support::{plan_of, refusal, says};
+use crate::support::{plan_of, refusal, says, write};
 use meltpath::chain;
 use meltpath::ebm::simulate::simulate;
 use meltpath::outcome::RunFolder::At;
@@ -11,15 +11,10 @@ use meltpath_thermal::criteria::Class;
 const REGION: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"1.5 mm\", \"1.5 mm\"], [\"0 mm\", \"1.5 mm\"]]\n";
 
 fn job(folder: &Path, strategy: &str, optimise: &str) -> std::path::PathBuf {
-    let file = folder.join("job.toml");
     let hatch =
         format!("[hatch]\nstrategy = \"{strategy}\"\n[window]\nbody = [\"3 mm\", \"2 mm\"]\n");
-    std::fs::write(
-        &file,
-        super::previewed(&format!("{REGION}{hatch}[optimise]\n{optimise}")),
-    )
-    .unwrap();
-    file
+    let text = format!("{REGION}{hatch}[optimise]\n{optimise}");
+    write(folder, "job.toml", super::previewed(&text))
 }
 
 /// Predicted and learned on the reference solver: the window is reached where it was not, by times that differ from spot to spot.
