@@ -59,10 +59,7 @@ impl OffsetWrist {
                 });
         Chain {
             joints: joints.collect(),
-            last_from_end: Pose {
-                position: DVec3::new(0.0, 0.0, self.d6),
-                orientation: DQuat::IDENTITY,
-            },
+            last_from_end: Pose::at(DVec3::new(0.0, 0.0, self.d6)),
         }
     }
 

@@ -88,10 +88,7 @@ impl OrthoParallel {
         });
         Chain {
             joints: joints.collect(),
-            last_from_end: Pose {
-                position: DVec3::new(0.0, 0.0, self.c4),
-                orientation: DQuat::IDENTITY,
-            },
+            last_from_end: Pose::at(DVec3::new(0.0, 0.0, self.c4)),
         }
     }
 
