@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath::job::PartUnit;
 use meltpath::list::Listing;
+use meltpath::outcome::RunFolder;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
@@ -139,14 +140,14 @@ fn beside(file: &Path, suffix: &str) -> PathBuf {
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(job, "-runs");
-    let outcome = chain::run(job, out, &runs, &progress)?;
+    let outcome = chain::run(job, RunFolder::asked(out, &runs), &progress)?;
     Ok(judged(&progress, &outcome))
 }
 
 fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(file, "-runs");
-    let outcome = tune::tune(file, out, &runs, &progress)?;
+    let outcome = tune::tune(file, RunFolder::asked(out, &runs), &progress)?;
     let code = judged(&progress, &outcome);
     line(&format!(
         "controllers for whole jobs:  {}",
@@ -187,7 +188,7 @@ fn program(job: &Path, toolpath: &Path, out: Option<&Path>, wanted: Wanted) -> R
 fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(program, "-runs");
-    let outcome = waam::simulate_program(program, job, out, &runs, &progress)?;
+    let outcome = waam::simulate_program(program, job, RunFolder::asked(out, &runs), &progress)?;
     Ok(judged(&progress, &outcome))
 }
 
@@ -243,7 +244,7 @@ fn identified(record: &Path, mapping: &Path, ramps: Option<(&Path, &Path)>) -> R
 fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(table.unwrap_or(against), "-compare");
-    let found = compare::compare(against, table, out, &runs, &progress)?;
+    let found = compare::compare(against, table, RunFolder::asked(out, &runs), &progress)?;
     show_timers(&progress);
     for part in &found.parts {
         let (a, shown) = (&part.apart, part.quantity.shown());
@@ -292,7 +293,7 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
 fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(measurements, "-fit");
-    let found = fit::fit(measurements, out, &runs, &progress)?;
+    let found = fit::fit(measurements, RunFolder::asked(out, &runs), &progress)?;
     show_timers(&progress);
     line("");
     for finding in meltpath::views::fit::lines(&found) {

@@ -248,12 +248,12 @@ mod tests {
     #[test]
     fn fractional_delay_is_exact_for_steps() {
         // integrator, delay 0.37 periods: after k samples of a unit step the output is k·T − delay
-        let g = TransferFunction::new([1.0], [1.0, 0.0])
-            .unwrap()
-            .to_state_space()
-            .unwrap();
-        let s = discretise_delayed(&g, 0.1, 0.237).unwrap();
-        let y = simulate(&s, &Matrix::from_fn(8, 1, |_, _| 1.0)).unwrap();
+        let stepped = |denominator: [f64; 2]| {
+            let g = TransferFunction::new([1.0], denominator).unwrap();
+            let s = discretise_delayed(&g.to_state_space().unwrap(), 0.1, 0.237).unwrap();
+            simulate(&s, &Matrix::from_fn(8, 1, |_, _| 1.0)).unwrap()
+        };
+        let y = stepped([1.0, 0.0]);
         for k in 3..8 {
             assert!(
                 (y[(k, 0)] - (0.1 * k as f64 - 0.237)).abs() < 1e-14,
@@ -262,12 +262,7 @@ mod tests {
             );
         }
         // a lag of 80 ms fades meanwhile: 1 − exp(−(t − delay)/lag)
-        let g = TransferFunction::new([1.0], [0.08, 1.0])
-            .unwrap()
-            .to_state_space()
-            .unwrap();
-        let s = discretise_delayed(&g, 0.1, 0.237).unwrap();
-        let y = simulate(&s, &Matrix::from_fn(8, 1, |_, _| 1.0)).unwrap();
+        let y = stepped([0.08, 1.0]);
         for k in 3..8 {
             let wanted = 1.0 - f64::exp(-(0.1 * k as f64 - 0.237) / 0.08);
             assert!((y[(k, 0)] - wanted).abs() < 1e-14, "{k}: {}", y[(k, 0)]);

@@ -25,6 +25,15 @@ impl Domain {
         }
     }
 
+    /// A value at the point `s` of the complex plane, `delay` (s) later; whole in periods of a sampled system.
+    pub(crate) fn delayed(self, value: Complex64, s: Complex64, delay: f64) -> Complex64 {
+        match self {
+            _ if delay == 0.0 => value,
+            Domain::Continuous => value * (-s * delay).exp(),
+            Domain::Sampled { period } => value / s.powi((delay / period).round() as i32),
+        }
+    }
+
     /// Whether a pole decays: left half plane, or inside the unit circle.
     pub fn decays(self, pole: Complex64) -> bool {
         match self {

@@ -111,11 +111,7 @@ impl TransferFunction {
     /// Value at a complex point, delay included.
     pub fn at(&self, s: Complex64) -> Complex64 {
         let ratio = self.numerator.at(s) / self.denominator.at(s);
-        match self.domain {
-            _ if self.delay == 0.0 => ratio,
-            Domain::Continuous => ratio * (-s * self.delay).exp(),
-            Domain::Sampled { period } => ratio / s.powi((self.delay / period).round() as i32),
-        }
+        self.domain.delayed(ratio, s, self.delay)
     }
 
     /// The frequency response at `omega` (rad/s), delay exact.

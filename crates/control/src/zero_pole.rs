@@ -84,11 +84,7 @@ impl ZeroPoleGain {
                 value /= s - p;
             }
         }
-        match self.domain {
-            _ if self.delay == 0.0 => value,
-            Domain::Continuous => value * (-s * self.delay).exp(),
-            Domain::Sampled { period } => value / s.powi((self.delay / period).round() as i32),
-        }
+        self.domain.delayed(value, s, self.delay)
     }
 
     /// The frequency response at `omega` (rad/s).

@@ -61,7 +61,7 @@ const MOST_PIECES: f64 = 1e6;
 impl Settings {
     /// How far the torch goes next on its way of `length` mm, `done` mm along it and `since` mm after the last step of the molten
     /// zone: at most one stamp, and never past a step. So steps lie at the same places of the path however the motion is sampled.
-    pub(crate) fn piece(&self, length: f64, done: f64, since: f64) -> f64 {
+    fn piece(&self, length: f64, done: f64, since: f64) -> f64 {
         let (left, grain) = (length - done, length / MOST_PIECES);
         let to_step = match self.mode {
             Mode::Plain => f64::INFINITY,
@@ -89,6 +89,47 @@ impl Default for Settings {
             record_step: 0.5,
             accumulation: 0.3,
         }
+    }
+}
+
+/// A straight way of the torch, walked in pieces.
+#[derive(Debug)]
+pub(crate) struct Walk {
+    length: f64,
+    done: Option<f64>,
+}
+
+/// One piece of a way.
+#[derive(Debug)]
+pub(crate) struct Piece {
+    /// Its length, mm.
+    pub(crate) length: f64,
+    /// Its share of the way: a torch that stands feeds all at once.
+    pub(crate) share: f64,
+    /// Where it ends: the share of the way from its beginning.
+    pub(crate) end: f64,
+}
+
+impl Walk {
+    /// Of `length` mm.
+    pub(crate) fn along(length: f64) -> Self {
+        let done = Some(0.0);
+        Walk { length, done }
+    }
+
+    /// The next piece, `since` mm after the last step of the molten zone; none at the end of the way.
+    pub(crate) fn next(&mut self, settings: &Settings, since: f64) -> Option<Piece> {
+        let (length, done) = (self.length, self.done?);
+        let piece = settings.piece(length, done, since);
+        let on = piece < length - done;
+        let done = if on { done + piece } else { length };
+        self.done = (done < length).then_some(done);
+        let of = |part: f64| if length > 0.0 { part / length } else { 1.0 };
+        Some(Piece {
+            length: piece,
+            share: of(piece),
+            end: of(done),
+        })
     }
 }
 

@@ -12,7 +12,7 @@ mod patch;
 mod record;
 
 pub use laying::Laying;
-pub use record::{Laid, LaidPoint, Loose, Support, Uneven};
+pub use record::{Laid, LaidPoint, Loose, Support};
 
 /// Turn of the torch axis from which the local height map is laid anew, rad: 6°, a shift of 0.15 mm over a layer 1.5 mm
 /// thick. Of 2 to 14° a torus of 15 mm has the same wall; below 4° it is blurred by what each new map loses.

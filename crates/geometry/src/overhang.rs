@@ -13,6 +13,7 @@ use crate::{
     offset::{Join, outset},
     region::Region,
     section::Slice,
+    segments::nearest_share,
 };
 
 /// Overhanging pieces smaller than this, mm², are rounding.
@@ -164,12 +165,7 @@ pub fn distance(regions: &[Region], p: DVec2) -> f64 {
     for ring in regions.iter().flat_map(Region::rings) {
         for (i, &a) in ring.iter().enumerate() {
             let ab = ring[(i + 1) % ring.len()] - a;
-            let squared = ab.length_squared();
-            let t = if squared > 0.0 {
-                ((p - a).dot(ab) / squared).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
+            let t = nearest_share((p - a).dot(ab), ab.length_squared());
             least = least.min(p.distance(a + ab * t));
         }
     }

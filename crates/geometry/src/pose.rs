@@ -21,6 +21,14 @@ impl Pose {
         orientation: DQuat::IDENTITY,
     };
 
+    /// Axes as they were, at `position` mm.
+    pub const fn at(position: DVec3) -> Self {
+        Pose {
+            position,
+            ..Pose::IDENTITY
+        }
+    }
+
     /// The pose at `position` mm with the angles W, P, R in rad.
     pub fn from_wpr(position: DVec3, wpr: DVec3) -> Self {
         Pose {

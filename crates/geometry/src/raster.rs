@@ -150,25 +150,25 @@ mod tests {
             .collect()
     }
 
+    fn grid(origin: f64, cell: f64, [nx, ny]: [usize; 2]) -> Grid {
+        let origin = DVec2::splat(origin);
+        Grid {
+            origin,
+            cell,
+            nx,
+            ny,
+        }
+    }
+
     #[test]
     fn area_of_a_ring_to_a_cell_row() {
         let outer = disc(DVec2::new(3.3, 4.7), 20.0);
         let mut hole = disc(DVec2::new(3.3, 4.7), 10.0);
         hole.reverse();
         let exact = signed_area(&outer) + signed_area(&hole);
-        let grid = Grid {
-            origin: DVec2::splat(-30.0),
-            cell: 0.25,
-            nx: 280,
-            ny: 280,
-        };
-        let mask = rasterise(
-            &[Region {
-                outer,
-                holes: vec![hole],
-            }],
-            &grid,
-        );
+        let grid = grid(-30.0, 0.25, [280, 280]);
+        let holes = vec![hole];
+        let mask = rasterise(&[Region { outer, holes }], &grid);
         let area = mask.count() as f64 * grid.cell * grid.cell;
         assert!((area - exact).abs() < 2e-3 * exact, "{area} {exact}");
         assert_eq!(mask.cells().count(), mask.count());
@@ -179,12 +179,7 @@ mod tests {
     #[test]
     fn a_cell_is_in_where_its_point_is() {
         let corners = [(1.3, 0.7), (37.1, 11.9), (8.2, 29.4)].map(DVec2::from);
-        let grid = Grid {
-            origin: DVec2::splat(-3.0),
-            cell: 0.5,
-            nx: 90,
-            ny: 70,
-        };
+        let grid = grid(-3.0, 0.5, [90, 70]);
         let mask = rasterise(
             &[Region {
                 outer: corners.to_vec(),

@@ -25,6 +25,17 @@ pub struct Nearest {
     pub line: u32,
 }
 
+/// Where a segment is nearest to a point, as the share of its way: for how far the point lies along it, times its length, and for its
+/// length squared. A segment without length is its beginning.
+#[inline]
+pub fn nearest_share(along: f64, squared: f64) -> f64 {
+    if squared > 0.0 {
+        (along / squared).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
 impl Segments {
     /// The segments of polylines with finite points. `cell` is the size of a cube, mm, above zero: about as far as people will ask.
     pub fn new<'a>(lines: impl IntoIterator<Item = &'a [DVec3]>, cell: f64) -> Self {
@@ -81,13 +92,7 @@ impl Segments {
             self.visit(centre, shell, |index| {
                 let [a, b] = self.pieces[index as usize];
                 let way = b - a;
-                let length = way.length_squared();
-                let share = if length > 0.0 {
-                    ((p - a).dot(way) / length).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
-                let point = a + share * way;
+                let point = a + nearest_share((p - a).dot(way), way.length_squared()) * way;
                 let off = p.distance_squared(point);
                 if best.is_none_or(|(d, i, _)| off < d || (off == d && index < i)) {
                     best = Some((off, index, point));

@@ -13,8 +13,7 @@ pub use outlines::{
     cross, ell, gear, honeycomb, islands, plate, random_star, ring, spiral, star, tee, truss,
 };
 pub use parts::{
-    boss_on_pipe, boss_on_plate, box_wall, cone, flange, impeller_blank, ribbed_bracket, thin_wall,
-    vase,
+    boss_on_plate, box_wall, cone, flange, impeller_blank, ribbed_bracket, thin_wall, vase,
 };
 pub use revolve::revolve;
 pub use squares::{sheet, tube};

@@ -9,27 +9,23 @@ use crate::cancel::Stop;
 use crate::ebm::{self, EbmError};
 use crate::job::{self, Job, JobError, Reading};
 use crate::lpbf::{self, LpbfError};
-use crate::outcome::{Examined, Outcome, warning_line};
+use crate::outcome::{Examined, Outcome, RunFolder, warning_line};
 use crate::waam::{self, WaamError};
 
-/// Why a job could not be run. Everything here is the input's or the system's doing; nothing was written.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The person stopped it.
-    #[error(transparent)]
-    Cancelled(Cancelled),
-    /// The job file.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// A wire-arc job.
-    #[error(transparent)]
-    Waam(WaamError),
-    /// An electron-beam job.
-    #[error(transparent)]
-    Ebm(EbmError),
-    /// A scan-head job.
-    #[error(transparent)]
-    Lpbf(LpbfError),
+meltpath_base::passes_on! {
+    /// Why a job could not be run. Everything here is the input's or the system's doing; nothing was written.
+    pub enum RunError {
+        /// The person stopped it.
+        Cancelled[Cancelled],
+        /// The job file.
+        Job(JobError),
+        /// A wire-arc job.
+        Waam[WaamError],
+        /// An electron-beam job.
+        Ebm[EbmError],
+        /// A scan-head job.
+        Lpbf[LpbfError],
+    }
 }
 
 /// What every process says alike is told apart from what is its own.
@@ -50,23 +46,18 @@ of_process!(WaamError, Waam);
 of_process!(EbmError, Ebm);
 of_process!(LpbfError, Lpbf);
 
-/// Runs the whole chain of a job: a new folder `out`, else the next free number in `runs`.
+/// Runs the whole chain of a job.
 ///
 /// # Errors
 /// [`RunError`]; nothing is written then.
-pub fn run(
-    job: &Path,
-    out: Option<&Path>,
-    runs: &Path,
-    observer: &dyn Observer,
-) -> Result<Outcome, RunError> {
+pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outcome, RunError> {
     let text = job::text_of(job)?;
     let reading = job::read(&text);
     Ok(match &reading.job {
         None => return Err(refused(job, &text, reading).into()),
-        Some(Job::Waam(_)) => waam::run(job, out, runs, observer)?,
-        Some(Job::Ebm(ebm)) => ebm::run(job, ebm, &text, out, runs, observer)?,
-        Some(Job::Lpbf(lpbf)) => lpbf::run(job, lpbf, &text, out, runs, observer)?,
+        Some(Job::Waam(_)) => waam::run(job, home, observer)?,
+        Some(Job::Ebm(ebm)) => ebm::run(job, ebm, &text, home, observer)?,
+        Some(Job::Lpbf(lpbf)) => lpbf::run(job, lpbf, &text, home, observer)?,
     })
 }
 

@@ -12,6 +12,7 @@ use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_thermal::calibration::comparison::{apart, relative};
 
 use crate::ebm::judge::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
+use crate::outcome::RunFolder;
 use crate::views;
 
 pub use comparison::{Compared, Comparison};
@@ -26,8 +27,7 @@ pub use samples::SamplesError;
 pub fn compare(
     against: &Path,
     table: Option<&Path>,
-    out: Option<&Path>,
-    runs: &Path,
+    home: RunFolder,
     observer: &dyn Observer,
 ) -> Result<Comparison, CompareError> {
     let reporter = Reporter::new();
@@ -52,7 +52,7 @@ pub fn compare(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = crate::outcome::folder(out, runs)?;
+    let folder = home.create()?;
     let mut comparison = Comparison {
         cell: found.cell.unwrap_or_else(|| cell_of(&parts)),
         parts,

@@ -15,6 +15,7 @@ use meltpath_thermal::calibration::fit::{
 use meltpath_thermal::material::file::Readings;
 
 use crate::material::load;
+use crate::outcome::RunFolder;
 use crate::views;
 
 pub use error::FitCommandError;
@@ -41,8 +42,7 @@ fn guess(values: &[f64]) -> BeamGuess {
 /// [`FitCommandError`]; nothing is written then.
 pub fn fit(
     file: &Path,
-    out: Option<&Path>,
-    runs: &Path,
+    home: RunFolder,
     observer: &dyn Observer,
 ) -> Result<Found, FitCommandError> {
     let reporter = Reporter::new();
@@ -95,7 +95,7 @@ pub fn fit(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = crate::outcome::folder(out, runs)?;
+    let folder = home.create()?;
     let report = views::fit::report(&file.display().to_string(), &found, &provenance);
     crate::outcome::tell(&folder, &report)?;
     views::fit::write_files(&folder, &found)?;

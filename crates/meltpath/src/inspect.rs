@@ -26,29 +26,27 @@ pub struct How {
     pub chord: f64,
 }
 
-/// Why a file cannot be looked into.
-#[derive(Debug, thiserror::Error)]
-pub enum InspectError {
-    /// The person stopped it.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// A part.
-    #[error(transparent)]
-    Part(PartError),
-    /// A plan.
-    #[error(transparent)]
-    Plan(#[from] WaamError),
-    /// A robot, or a controller's cell.
-    #[error(transparent)]
-    Robot(#[from] DataFileError),
-    /// A program.
-    #[error("cannot read {}: {message}", .path.display())]
-    Program {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        message: String,
-    },
+meltpath_base::passes_on! {
+    /// Why a file cannot be looked into.
+    pub enum InspectError {
+        /// The person stopped it.
+        Cancelled(Cancelled),
+        /// A part.
+        Part[PartError],
+        /// A plan.
+        Plan(WaamError),
+        /// A robot, or a controller's cell.
+        Robot(DataFileError);
+
+        /// A program.
+        #[error("cannot read {}: {message}", .path.display())]
+        Program {
+            /// The file.
+            path: PathBuf,
+            /// What is wrong.
+            message: String,
+        },
+    }
 }
 
 cancellable!(InspectError:

@@ -55,9 +55,27 @@ pub(crate) fn tell(folder: &OutputFolder, report: &Report) -> Result<(), OutputE
     json(folder, "provenance.json", &provenance)
 }
 
-/// The new folder `out`, else the next free number in `runs`.
-pub(crate) fn folder(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
-    out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
+/// Where a command leaves what it makes.
+#[derive(Debug, Clone, Copy)]
+pub enum RunFolder<'a> {
+    /// This new folder.
+    At(&'a Path),
+    /// The next free number in this one.
+    NextIn(&'a Path),
+}
+
+impl<'a> RunFolder<'a> {
+    /// `out` where a folder was asked for, else the next in `runs`.
+    pub fn asked(out: Option<&'a Path>, runs: &'a Path) -> Self {
+        out.map_or(RunFolder::NextIn(runs), RunFolder::At)
+    }
+
+    pub(crate) fn create(self) -> Result<OutputFolder, OutputError> {
+        match self {
+            RunFolder::At(folder) => OutputFolder::create(folder),
+            RunFolder::NextIn(runs) => OutputFolder::create_numbered(runs),
+        }
+    }
 }
 
 pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), JobError> {

@@ -29,18 +29,16 @@ const CLEARANCE: f64 = 20.0;
 /// Chord error of the mesh made of a STEP file, mm: only its box counts.
 const CHORD_ERROR: f64 = 0.1;
 
-/// Why there is no map.
-#[derive(Debug, thiserror::Error)]
-pub enum ReachError {
-    /// The person stopped it.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The part.
-    #[error(transparent)]
-    Part(PartError),
-    /// The robot's file.
-    #[error(transparent)]
-    Robot(#[from] DataFileError),
+meltpath_base::passes_on! {
+    /// Why there is no map.
+    pub enum ReachError {
+        /// The person stopped it.
+        Cancelled(Cancelled),
+        /// The part.
+        Part[PartError],
+        /// The robot's file.
+        Robot(DataFileError),
+    }
 }
 
 cancellable!(ReachError:

@@ -188,17 +188,22 @@ fn page() -> String {
             "`meltpath identify`, `meltpath health` and tuning on a record",
         ),
     ] {
-        if let Some(table) = subject.table() {
-            let (word, text) = (subject.word(), table.text.trim());
-            // writing into a string does not fail
-            let _ = writeln!(
-                page,
-                "\n# {heading}\n\n{read_by}: {text} Schema: `meltpath schema {word}`.\n"
-            );
-            page += &settings::reference(&table);
-        }
+        page += &told(subject, |_, text| {
+            format!("# {heading}\n\n{read_by}: {text}")
+        });
     }
     page
+}
+
+/// A file other than a job: what its word and its own text make of its beginning, and its keys.
+fn told(subject: Subject, begin: impl Fn(&str, &str) -> String) -> String {
+    let Some(table) = subject.table() else {
+        return String::new();
+    };
+    let word = subject.word();
+    let begin = begin(word, table.text.trim());
+    let keys = settings::reference(&table);
+    format!("\n{begin} Schema: `meltpath schema {word}`.\n\n{keys}")
 }
 
 const DATA_HEAD: &str = "# Data files
@@ -236,15 +241,9 @@ schema, `meltpath schema wire > wire.schema.json`, and begin the file with `#:sc
 fn data_page() -> String {
     let mut page = DATA_HEAD.to_owned();
     for (subject, named) in DATA {
-        if let Some(table) = subject.table() {
-            let (word, text) = (subject.word(), table.text.trim());
-            // writing into a string does not fail
-            let _ = writeln!(
-                page,
-                "\n## {word}\n\n{text} {named}. Schema: `meltpath schema {word}`.\n"
-            );
-            page += &settings::reference(&table);
-        }
+        page += &told(subject, |word, text| {
+            format!("## {word}\n\n{text} {named}.")
+        });
     }
     page
 }

@@ -17,23 +17,18 @@ use std::path::Path;
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
 use crate::job::{JobError, Problems, Written};
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, RunFolder};
 use crate::views;
 use design::AxisResult;
 pub use error::{StepError, TuneError};
 use file::{Choice, TuneFile};
 use settings::Settings;
 
-/// Tunes the axes that a file names: a new folder `out`, else the next free number in `runs`.
+/// Tunes the axes that a file names.
 ///
 /// # Errors
 /// [`TuneError`]; nothing is written then.
-pub fn tune(
-    path: &Path,
-    out: Option<&Path>,
-    runs: &Path,
-    observer: &dyn Observer,
-) -> Result<Outcome, TuneError> {
+pub fn tune(path: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outcome, TuneError> {
     let text = std::fs::read_to_string(path).map_err(|source| JobError::Io {
         path: path.to_path_buf(),
         source,
@@ -42,7 +37,7 @@ pub fn tune(
     let refused = |problems: Problems| JobError::in_file(path, &text, problems);
     let file = Written::<TuneFile>::parse(&text, TuneFile::check).map_err(|p| refused(p.into()))?;
     let settings = settings::resolve(&file, here).map_err(refused)?;
-    let folder = crate::outcome::folder(out, runs)?;
+    let folder = home.create()?;
     let reporter = Reporter::new();
     let record = design::record(&settings, &reporter)?;
     let mut results: Vec<AxisResult> = Vec::new();

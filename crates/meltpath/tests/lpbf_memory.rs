@@ -8,6 +8,7 @@ use std::path::Path;
 
 use cap::Cap;
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::Silent;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::shapes;
@@ -39,7 +40,7 @@ fn most(folder: &Path, name: &str, text: &str) -> usize {
     let job = folder.join(format!("{name}.toml"));
     fs::write(&job, text).unwrap();
     let out = folder.join(name);
-    chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap();
+    chain::run(&job, At(&out), &Silent).unwrap();
     MEMORY.max_allocated()
 }
 

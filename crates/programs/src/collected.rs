@@ -65,6 +65,16 @@ impl Collected {
         });
     }
 
+    /// What a line says before its remark, if it is not empty; a line that is all remark is kept as one.
+    pub(crate) fn said<'a>(&mut self, line: &'a str, mark: &str) -> Option<&'a str> {
+        if let Some(text) = line.strip_prefix(mark) {
+            self.remark(text);
+            return None;
+        }
+        let said = line.split(mark).next()?.trim();
+        (!line.is_empty()).then_some(said)
+    }
+
     /// Another program runs.
     pub(crate) fn call(&mut self, program: &str, arguments: &str) {
         self.push(Instruction::Call {

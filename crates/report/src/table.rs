@@ -64,6 +64,29 @@ impl Table {
         }
     }
 
+    /// A table of rows in which each cell stands beside the head of its column; without rows it has no columns.
+    pub fn of<'a, const N: usize>(
+        title: &str,
+        rows: impl IntoIterator<Item = [(&'a str, Cell); N]>,
+    ) -> Self {
+        let mut table = Table::new(title, &[]);
+        for row in rows {
+            let (heads, cells): (Vec<&str>, Vec<Cell>) = row.into_iter().unzip();
+            table.columns = heads.into_iter().map(str::to_owned).collect();
+            table.rows.push(cells);
+        }
+        table
+    }
+
+    /// The same with a remark below.
+    #[must_use]
+    pub fn noted(self, note: &str) -> Self {
+        Table {
+            note: note.to_owned(),
+            ..self
+        }
+    }
+
     /// The table as HTML, with its title, in a frame that scrolls sideways on a narrow screen.
     pub fn to_html(&self) -> String {
         let mut html = String::new();
@@ -112,6 +135,26 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cells_beside_their_heads_make_the_same_table() {
+        let row = |n: f64| [("layer", Cell::Number(n)), ("remark", Cell::Empty)];
+        let mut table = Table::new("Layers", &["layer", "remark"]);
+        table.rows = vec![
+            vec![Cell::Number(1.0), Cell::Empty],
+            vec![Cell::Number(2.0), Cell::Empty],
+        ];
+        "noted".clone_into(&mut table.note);
+        assert_eq!(
+            Table::of("Layers", [1.0, 2.0].map(row)).noted("noted"),
+            table
+        );
+        assert!(
+            Table::of("Layers", [].map(row))
+                .to_html()
+                .contains("<tr></tr>")
+        );
+    }
 
     #[test]
     fn a_table_is_escaped_aligned_and_filled() {

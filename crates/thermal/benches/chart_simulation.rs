@@ -12,15 +12,12 @@ use meltpath_thermal::charts::build::{compute, warm, warm_grounds};
 use meltpath_thermal::charts::simulation::{ChartSimulation, Memory, Settings};
 use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::material::file::{Readings, read};
+use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::material::medium::Body;
-use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::solver::State;
 
-fn titanium() -> Material {
-    let text = meltpath_data::materials::TI6AL4V_EBM.text;
-    read(text, Readings::default()).unwrap()
-}
+#[path = "../tests/all/support.rs"]
+mod support;
+use support::{fresh_layer, titanium};
 
 fn fast() -> ChartSettings {
     ChartSettings {
@@ -48,13 +45,7 @@ fn simulation(
     };
     let mut simulation =
         ChartSimulation::new(&grid, material, vec![set.clone()], settings).unwrap();
-    simulation.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    simulation.set_state(fresh_layer);
     simulation
 }
 

@@ -7,40 +7,25 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::numeric::real::Real;
+use meltpath_thermal::solver::Solver;
 use meltpath_thermal::solver::source::{Depth, Spot};
-use meltpath_thermal::solver::surface::Surface;
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
+
+#[path = "../tests/all/support.rs"]
+mod support;
+use support::{faces, fresh_layer, titanium};
 
 fn solver<R: Real>() -> Solver<R> {
-    let material = read(
-        meltpath_data::materials::TI6AL4V_EBM.text,
-        Readings::default(),
-    )
-    .unwrap();
+    let material = titanium();
     let grid = Grid::covering(
         DVec3::new(-0.6, -0.8, -0.5),
         DVec3::new(2.6, 0.8, 0.0),
         DVec3::new(0.025, 0.025, 0.025),
     )
     .unwrap();
-    let start = material.start;
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(start),
-        bottom: Face::Imposed(start),
-    };
+    let faces = faces(&material);
     let mut solver = Solver::new(grid, material, faces).unwrap();
-    solver.set_state(|centre| {
-        if centre.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    solver.set_state(fresh_layer);
     solver
 }
 

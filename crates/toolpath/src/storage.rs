@@ -365,25 +365,23 @@ fn layer_of(from: &Container) -> Result<Layer, ContainerError> {
     })
 }
 
+/// Columns that tell of the same things have the same length.
+fn alike(what: &str, length: usize, others: &[usize]) -> Result<(), ContainerError> {
+    if others.iter().all(|n| *n == length) {
+        return Ok(());
+    }
+    let message = format!("its {what}' columns differ in length");
+    Err(ContainerError::Damaged(message))
+}
+
 fn entries_of(from: &Container) -> Result<Vec<Entry>, ContainerError> {
     let id = from.u32("id")?;
     let columns = ["part", "entity", "bead", "profile", "first_point"].map(|name| from.u32(name));
     let [part, entity, bead, profile, first] = columns;
     let (part, entity, bead, profile, first) = (part?, entity?, bead?, profile?, first?);
     let role = from.u8("role")?;
-    let all = [
-        part.len(),
-        entity.len(),
-        bead.len(),
-        profile.len(),
-        first.len(),
-        role.len(),
-    ];
-    if all.iter().any(|n| *n != id.len()) {
-        return Err(ContainerError::Damaged(
-            "its passes' columns differ in length".to_owned(),
-        ));
-    }
+    let others = [&part, &entity, &bead, &profile, &first].map(|c| c.len());
+    alike("passes", id.len(), &[&others[..], &[role.len()]].concat())?;
     let entry = |k: usize| {
         let role = Role::ALL.get(usize::from(role[k])).copied();
         Ok(Entry {
@@ -408,19 +406,13 @@ fn neighbours_of(from: &Container) -> Result<Vec<(u32, Neighbour)>, ContainerErr
     let (pass, layer) = (from.u32("neighbour_pass")?, from.u32("neighbour_layer")?);
     let (side, distance) = (from.u8("neighbour_side")?, from.f64("neighbour_distance")?);
     let (begin, end) = (from.f64("neighbour_from")?, from.f64("neighbour_to")?);
-    let all = [
-        pass.len(),
-        layer.len(),
-        side.len(),
-        distance.len(),
-        begin.len(),
-        end.len(),
-    ];
-    if all.iter().any(|n| *n != of.len()) {
-        return Err(ContainerError::Damaged(
-            "its neighbours' columns differ in length".to_owned(),
-        ));
-    }
+    let (whole, real) = ([&pass, &layer], [&distance, &begin, &end]);
+    let (whole, real) = (whole.map(|c| c.len()), real.map(|c| c.len()));
+    alike(
+        "neighbours",
+        of.len(),
+        &[&whole[..], &real, &[side.len()]].concat(),
+    )?;
     let neighbour = |k: usize| {
         let side = match side[k] {
             0 => Side::Left,

@@ -121,6 +121,25 @@ impl Half {
     }
 }
 
+/// The solution of one half at a level, for a `unit` of frequencies in rad/s; the inner result is the obstacle.
+fn solution(
+    half: &Half,
+    (gamma, unit): (f64, f64),
+    none: impl Fn(RiccatiError) -> Obstacle,
+    indefinite: impl Fn(Complex64) -> Obstacle,
+) -> Result<Result<Matrix, Obstacle>, SynthesisError> {
+    let equation = half.equation(gamma)?;
+    let x = match riccati::continuous(&equation.a, &equation.p, &equation.q) {
+        Ok(x) => x,
+        Err(RiccatiError::Dense(error)) => return Err(error.into()),
+        Err(error) => return Ok(Err(none(error))),
+    };
+    Ok(match unstable_mode(&equation, &x)? {
+        Some(mode) => Err(indefinite(mode * unit)),
+        None => Ok(x),
+    })
+}
+
 /// Tries a level. The inner result is the obstacle, with the coupling when both equations were solved.
 pub(super) fn attempt(
     p: &Normalised,
@@ -130,27 +149,18 @@ pub(super) fn attempt(
     if gamma <= floor {
         return Ok(Err((Obstacle::DirectGain { floor }, None)));
     }
-    let solve = |e: &Equation| riccati::continuous(&e.a, &e.p, &e.q);
-    let equation = Half::control(p).equation(gamma)?;
-    let x = match solve(&equation) {
+    let none = |error| Obstacle::control(error, p.unit);
+    let indefinite = |mode| Obstacle::ControlIndefinite { mode };
+    let x = match solution(&Half::control(p), (gamma, p.unit), none, indefinite)? {
         Ok(x) => x,
-        Err(RiccatiError::Dense(error)) => return Err(error.into()),
-        Err(error) => return Ok(Err((Obstacle::control(error, p.unit), None))),
+        Err(obstacle) => return Ok(Err((obstacle, None))),
     };
-    if let Some(mode) = unstable_mode(&equation, &x)? {
-        let mode = mode * p.unit;
-        return Ok(Err((Obstacle::ControlIndefinite { mode }, None)));
-    }
-    let equation = Half::estimation(p).equation(gamma)?;
-    let y = match solve(&equation) {
+    let none = |error| Obstacle::estimation(error, p.unit);
+    let indefinite = |mode| Obstacle::EstimationIndefinite { mode };
+    let y = match solution(&Half::estimation(p), (gamma, p.unit), none, indefinite)? {
         Ok(y) => y,
-        Err(RiccatiError::Dense(error)) => return Err(error.into()),
-        Err(error) => return Ok(Err((Obstacle::estimation(error, p.unit), None))),
+        Err(obstacle) => return Ok(Err((obstacle, None))),
     };
-    if let Some(mode) = unstable_mode(&equation, &y)? {
-        let mode = mode * p.unit;
-        return Ok(Err((Obstacle::EstimationIndefinite { mode }, None)));
-    }
     let radius = eigenvalues(&(&x * &y))?
         .iter()
         .map(|e| e.re)

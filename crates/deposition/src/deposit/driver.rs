@@ -13,7 +13,7 @@ use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 use super::feeding::{Feeding, check_sizes};
 use super::levelling::MoltenZone;
 use super::record::{ArcStart, LayerRecord, Moment};
-use super::{DepositError, Mode, Settings, Station};
+use super::{DepositError, Mode, Settings, Station, Walk};
 use crate::bead::{BeadModel, PoolModel};
 use crate::pursuit::Pursuit;
 
@@ -389,26 +389,14 @@ impl<'a> Deposition<'a> {
             }
         }
         let asked = self.asked_volume(wire);
-        let mut done = 0.0;
-        loop {
-            let piece = self.settings.piece(length, done, run.pending_travel);
-            done = if piece < length - done {
-                done + piece
-            } else {
-                length
-            };
-            // a torch that stands feeds all at once
-            let of = |part: f64| if length > 0.0 { part / length } else { 1.0 };
-            let t = of(done);
+        let mut walk = Walk::along(length);
+        while let Some(piece) = walk.next(&self.settings, run.pending_travel) {
             let at = Moment {
-                tool: from.lerp(to, t),
-                time: time - dt * (1.0 - t),
+                tool: from.lerp(to, piece.end),
+                time: time - dt * (1.0 - piece.end),
                 command,
             };
-            self.substep(&mut run, at, (piece, asked * of(piece)));
-            if done >= length {
-                break;
-            }
+            self.substep(&mut run, at, (piece.length, asked * piece.share));
         }
         self.run = Some(run);
     }

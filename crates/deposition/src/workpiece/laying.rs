@@ -13,7 +13,7 @@ use super::patch::Patch;
 use super::record::{Laid, LaidPoint, Loose, Support};
 use crate::bead::{BeadModel, PoolModel};
 use crate::deposit::feeding::{Feeding, check_sizes};
-use crate::deposit::{DepositError, Settings};
+use crate::deposit::{DepositError, Settings, Walk};
 use crate::pursuit::Pursuit;
 
 /// Lays metal along motion, along the torch axis at each place, on whatever is in the voxels.
@@ -254,27 +254,16 @@ impl<'a> Laying<'a> {
                 return;
             }
         }
-        let mut done = 0.0;
-        loop {
-            let piece = self.settings.piece(length, done, run.pending_travel);
-            done = if piece < length - done {
-                done + piece
-            } else {
-                length
-            };
-            // a torch that stands feeds all at once
-            let of = |part: f64| if length > 0.0 { part / length } else { 1.0 };
-            let t = of(done);
+        let mut walk = Walk::along(length);
+        while let Some(piece) = walk.next(&self.settings, run.pending_travel) {
+            let t = piece.end;
             let axis = from.axis.lerp(to.axis, t);
             let at = Sample {
                 tool: from.tool.lerp(to.tool, t),
                 axis: axis.try_normalize().unwrap_or(to.axis),
                 time: from.time + t * (to.time - from.time),
             };
-            self.substep(&mut run, at, (piece, asked * of(piece)));
-            if done >= length {
-                break;
-            }
+            self.substep(&mut run, at, (piece.length, asked * piece.share));
         }
         self.run = Some(run);
     }

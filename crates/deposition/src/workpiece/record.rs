@@ -1,4 +1,4 @@
-//! What laying in space tells: along the path, where metal hung free, and where beads came out uneven.
+//! What laying in space tells: along the path, and where metal hung free.
 
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::Voxels;
@@ -56,19 +56,6 @@ pub struct Loose {
     pub support: Support,
 }
 
-/// A stretch where a bead is thicker or thinner than meant, or the metal under it nearer or farther: a step, a tent or a hole.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Uneven {
-    /// The worst place: the surface on the bead's axis, mm.
-    pub position: DVec3,
-    /// How far it is off there, mm.
-    pub excess: f64,
-    /// Length of the stretch, mm, to the record step.
-    pub length: f64,
-    /// Bead, counted from 0.
-    pub bead: u32,
-}
-
 /// What has been laid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laid {
@@ -88,46 +75,4 @@ pub struct Laid {
     pub path: Vec<LaidPoint>,
     /// Number of beads.
     pub beads: u32,
-}
-
-impl Laid {
-    /// Stretches where the thickness differs by more than `limit` mm from the mean of all beads: tents, where more, and holes.
-    pub fn uneven(&self, limit: f64) -> Vec<Uneven> {
-        let count = self.path.len().max(1) as f64;
-        let mean = self.path.iter().map(|p| p.thickness).sum::<f64>() / count;
-        self.stretches(limit, |p| p.thickness - mean)
-    }
-
-    /// Stretches where the contact tube was farther than `limit` mm from the distance `nominal`: the bead fell into a hole, where more, or
-    /// met a step.
-    pub fn astray(&self, nominal: f64, limit: f64) -> Vec<Uneven> {
-        self.stretches(limit, |p| p.ctwd - nominal)
-    }
-
-    fn stretches(&self, limit: f64, excess: impl Fn(&LaidPoint) -> f64) -> Vec<Uneven> {
-        let mut found: Vec<Uneven> = Vec::new();
-        let mut before: Option<(&LaidPoint, f64)> = None;
-        for p in &self.path {
-            let now = excess(p);
-            let joined =
-                before.filter(|(b, e)| b.bead == p.bead && e * now > 0.0 && e.abs() > limit);
-            match (now.abs() > limit, joined, found.last_mut()) {
-                (true, Some((b, _)), Some(last)) => {
-                    last.length += b.crest.distance(p.crest);
-                    if now.abs() > last.excess.abs() {
-                        (last.excess, last.position) = (now, p.crest);
-                    }
-                }
-                (true, ..) => found.push(Uneven {
-                    position: p.crest,
-                    excess: now,
-                    length: 0.0,
-                    bead: p.bead,
-                }),
-                (false, ..) => {}
-            }
-            before = Some((p, now));
-        }
-        found
-    }
 }

@@ -13,5 +13,6 @@ mod process_map;
 mod shapes;
 mod support;
 mod uncertainty;
+mod uneven;
 mod walls;
 mod workpiece;

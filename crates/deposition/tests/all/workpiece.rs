@@ -3,10 +3,12 @@ mod fronts;
 mod leaning;
 
 use crate::support::*;
+use crate::uneven::{astray, uneven};
 use meltpath_deposition::bead::PoolModel;
 use meltpath_deposition::deposit::{Deposition, Mode, Settings};
 use meltpath_deposition::workpiece::{Laid, Laying};
 use meltpath_geometry::math::{DMat3, DQuat, DVec2, DVec3};
+use meltpath_geometry::shapes::cuboid;
 use meltpath_geometry::workpiece::{Columns, HeightMap, Voxels};
 use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 
@@ -54,26 +56,9 @@ fn plate(turn: Turn, (lo, hi, height): (DVec2, DVec2, f64), cell: f64) -> Voxels
     // a lattice through the plate's top where it is upright
     let snapped = (low / cell).floor() * cell;
     let mut voxels = Voxels::new(snapped, high, cell).unwrap();
-    let vertices: Vec<DVec3> = corners(-4.0, 0.0, 0.0).collect();
-    let quads = [
-        [0, 3, 2, 1],
-        [4, 5, 6, 7],
-        [0, 1, 5, 4],
-        [1, 2, 6, 5],
-        [2, 3, 7, 6],
-        [3, 0, 4, 7],
-    ];
-    let triangles = quads
-        .iter()
-        .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
-        .collect();
-    let fill = voxels
-        .fill_mesh(&meltpath_geometry::Mesh {
-            vertices,
-            triangles,
-        })
-        .unwrap();
-    assert_eq!(fill.open, 0.0);
+    let mut slab = cuboid(lo.extend(-4.0), hi.extend(0.0));
+    slab.vertices.iter_mut().for_each(|v| *v = m * *v + shift);
+    assert_eq!(voxels.fill_mesh(&slab).unwrap().open, 0.0);
     voxels
 }
 
@@ -415,10 +400,9 @@ fn a_pipe_takes_beads_all_round() {
         );
     }
     // what is farther out is where beads begin and end
-    let off = laid
-        .uneven(0.5 * plate)
+    let off = uneven(&laid, 0.5 * plate)
         .into_iter()
-        .chain(laid.astray(15.0, 0.5 * plate));
+        .chain(astray(&laid, 15.0, 0.5 * plate));
     for u in off {
         let seam = f64::from(u.bead);
         let seam = (25.0 + 1.65 * seam) * xyz(0.0, seam.cos(), seam.sin());
@@ -443,10 +427,9 @@ fn a_torus_grows_along_its_own_passes() {
     assert!(closed(&mesh));
     assert!((mesh.volume() / laid.voxels.volume() - 1.0).abs() < 0.005);
     // metal wherever a pass ran under later ones, or told
-    let off: Vec<_> = laid
-        .uneven(half)
+    let off: Vec<_> = uneven(&laid, half)
         .into_iter()
-        .chain(laid.astray(15.0, half))
+        .chain(astray(&laid, 15.0, half))
         .collect();
     let told = |p: DVec3| off.iter().any(|u| u.position.distance(p) < u.length + 4.0);
     let under = laid.path.iter().filter(|p| (1..19).contains(&p.bead));
@@ -462,7 +445,7 @@ fn a_torus_grows_along_its_own_passes() {
 fn a_missing_pass_is_told_as_a_hole_all_round() {
     let half = 0.5 * seed_bead().height();
     let whole = |laid: &Laid, bead: u32| -> f64 {
-        let found = laid.astray(15.0, half);
+        let found = astray(laid, 15.0, half);
         found
             .iter()
             .filter(|u| u.bead == bead && u.excess > 0.0)

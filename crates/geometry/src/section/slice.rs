@@ -424,30 +424,34 @@ fn report(slices: &[Slice], notes: &[Notes], reporter: &Reporter) {
             "repair the mesh (fill holes, orient normals) or export the part as a closed solid",
         );
     }
-    let united = with(&|n| n.united);
-    if let Some(&k) = united.first() {
-        reporter.push(meltpath_base::Warning {
-            code: "slice-contours-united".to_owned(),
-            message: format!(
-                "contours cross or touch in {} of {} slices (solids that intersect?): their union was taken",
-                united.len(),
-                notes.len()
-            ),
-            place: u32::try_from(k + 1).ok().map(Place::layer),
-            remedy: Some("unite the solids in the part file if this is not meant".to_owned()),
-        });
-    }
-    let absorbed = with(&|n| n.absorbed > 0);
-    if let Some(&k) = absorbed.first() {
-        reporter.push(meltpath_base::Warning {
-            code: "slice-solid-in-solid".to_owned(),
-            message: format!(
-                "a solid lies wholly inside another in {} of {} slices: the inner one was ignored",
-                absorbed.len(),
-                notes.len()
-            ),
-            place: u32::try_from(k + 1).ok().map(Place::layer),
-            remedy: Some("turn the inner shell's normals if it is meant as a cavity".to_owned()),
-        });
-    }
+    let tell = |code: &str, which: &[usize], [what, done]: [&str; 2], remedy: &str| {
+        if let Some(&k) = which.first() {
+            reporter.push(meltpath_base::Warning {
+                code: code.to_owned(),
+                message: format!("{what} in {} of {} slices{done}", which.len(), notes.len()),
+                place: u32::try_from(k + 1).ok().map(Place::layer),
+                remedy: Some(remedy.to_owned()),
+            });
+        }
+    };
+    let united = [
+        "contours cross or touch",
+        " (solids that intersect?): their union was taken",
+    ];
+    tell(
+        "slice-contours-united",
+        &with(&|n| n.united),
+        united,
+        "unite the solids in the part file if this is not meant",
+    );
+    let absorbed = [
+        "a solid lies wholly inside another",
+        ": the inner one was ignored",
+    ];
+    tell(
+        "slice-solid-in-solid",
+        &with(&|n| n.absorbed > 0),
+        absorbed,
+        "turn the inner shell's normals if it is meant as a cavity",
+    );
 }

@@ -7,11 +7,7 @@ use super::{
     outlines::{plate, polygon, reversed},
     revolve, terrace,
 };
-use crate::{
-    Mesh,
-    math::{DVec2, DVec3},
-    region::Region,
-};
+use crate::{Mesh, math::DVec2, region::Region};
 
 /// Sides of the polygons that stand for circles, and segments of revolutions.
 const SEGMENTS: u32 = 180;
@@ -164,38 +160,4 @@ pub fn ribbed_bracket(base: (f64, f64, f64), ribs: u32, rib_width: f64, rib_heig
             height: thickness + rib_height,
         },
     ])
-}
-
-/// The metal of a bored boss on a horizontal pipe (axis along x, its crest at z = 0): flat top at `height`,
-/// bottom resting on the pipe of `pipe_radius` (at least `boss_radius`).
-pub fn boss_on_pipe(boss_radius: f64, bore_radius: f64, pipe_radius: f64, height: f64) -> Mesh {
-    // rings of vertices about the boss axis: up the outside, across the top, down the bore, along the pipe
-    const ACROSS: u32 = 24;
-    let pipe_radius = pipe_radius.max(boss_radius);
-    let saddle = |p: DVec2| (pipe_radius * pipe_radius - p.y * p.y).max(0.0).sqrt() - pipe_radius;
-    let mut mesh = Mesh::default();
-    let mut rings = Vec::new();
-    let mut ring = |radius: f64, z: &dyn Fn(DVec2) -> f64| {
-        rings.push(mesh.vertices.len() as u32);
-        for k in 0..SEGMENTS {
-            let p = radius * DVec2::from_angle(TAU * f64::from(k) / f64::from(SEGMENTS));
-            mesh.vertices.push(DVec3::new(p.x, p.y, z(p)));
-        }
-    };
-    ring(boss_radius, &|_| height);
-    ring(bore_radius, &|_| height);
-    for k in 0..ACROSS {
-        let t = f64::from(k) / f64::from(ACROSS);
-        ring(bore_radius + t * (boss_radius - bore_radius), &saddle);
-    }
-    ring(boss_radius, &saddle);
-    for (i, &a) in rings.iter().enumerate() {
-        let b = rings[(i + 1) % rings.len()];
-        for k in 0..SEGMENTS {
-            let next = (k + 1) % SEGMENTS;
-            mesh.triangles.push([a + k, a + next, b + next]);
-            mesh.triangles.push([a + k, b + next, b + k]);
-        }
-    }
-    mesh
 }

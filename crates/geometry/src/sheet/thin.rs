@@ -1,6 +1,7 @@
 //! Points left out of a line that say nothing of its course.
 
 use crate::math::DVec3;
+use crate::segments::nearest_share;
 
 /// Which points stay so that every one left out lies within `tolerance` mm of the chord that spans it; the ends stay
 /// (after Ramer 1972 and Douglas, Peucker 1973).
@@ -22,15 +23,9 @@ pub(super) fn thinned(points: &[DVec3], tolerance: f64) -> Vec<bool> {
     }
     while let Some((a, b)) = open.pop() {
         let (from, way) = (points[a], points[b] - points[a]);
-        let length = way.length_squared();
         let off = |i: usize| {
             let p = points[i] - from;
-            let share = if length > 0.0 {
-                (p.dot(way) / length).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            p.distance(share * way)
+            p.distance(nearest_share(p.dot(way), way.length_squared()) * way)
         };
         let worst = (a + 1..b)
             .map(|i| (i, off(i)))

@@ -186,19 +186,20 @@ fn spline(entity: Entity<'_>, units: &Units) -> Result<NurbsCurve, StepError> {
         Some(rational) => rational.list(0)?.reals()?,
         None => Vec::new(),
     };
-    let explicit = if entity.is_complex() {
-        entity.exact("B_SPLINE_CURVE_WITH_KNOTS")
-    } else if entity.has("B_SPLINE_CURVE_WITH_KNOTS") {
-        // name, degree, points, form, two flags
-        entity.part("", 6)
-    } else {
-        None
-    };
-    let knots = match explicit {
+    // name, degree, points, form, two flags
+    let knots = match knots_of(entity, "B_SPLINE_CURVE_WITH_KNOTS", 6) {
         Some(e) => expand(e, 0, 1)?,
         None => implied(entity, degree, points.len())?,
     };
     NurbsCurve::new(degree, knots, points, weights).map_err(|e| entity.degenerate(e.to_string()))
+}
+
+/// Where an entity writes its knots: in its part `kind`, or behind `before` attributes where it is one part; none where it has none.
+pub(super) fn knots_of<'a>(entity: Entity<'a>, kind: &str, before: usize) -> Option<Entity<'a>> {
+    if entity.is_complex() {
+        return entity.exact(kind);
+    }
+    entity.has(kind).then(|| entity.part("", before))?
 }
 
 /// Knots written as values (attribute `values`) and multiplicities (attribute `counts`).

@@ -210,13 +210,19 @@ impl<'s> Lexer<'s> {
         self.at += 1;
         let start = self.at;
         self.take_while(|b| b.is_ascii_hexdigit());
+        self.close(b'"', ["a binary", "a binary of hexadecimal digits"])?;
+        Ok(Token::Binary(self.span(start, self.at - 1)))
+    }
+
+    /// Takes the mark at which a token ends; otherwise says what the token is, and what it is as a whole.
+    fn close(&mut self, mark: u8, [what, whole]: [&'static str; 2]) -> Result<(), StepError> {
         match self.peek() {
-            Some(b'"') => {
+            Some(b) if b == mark => {
                 self.at += 1;
-                Ok(Token::Binary(self.span(start, self.at - 1)))
+                Ok(())
             }
-            Some(_) => Err(self.unexpected("a binary of hexadecimal digits")),
-            None => Err(self.truncated("a binary")),
+            Some(_) => Err(self.unexpected(whole)),
+            None => Err(self.truncated(what)),
         }
     }
 
@@ -224,14 +230,8 @@ impl<'s> Lexer<'s> {
         self.at += 1;
         let start = self.at;
         self.take_while(|b| b.is_ascii_alphanumeric() || b == b'_');
-        match self.peek() {
-            Some(b'.') => {
-                self.at += 1;
-                Ok(Token::Enumeration(self.span(start, self.at - 1)))
-            }
-            Some(_) => Err(self.unexpected("an enumeration between dots")),
-            None => Err(self.truncated("an enumeration")),
-        }
+        self.close(b'.', ["an enumeration", "an enumeration between dots"])?;
+        Ok(Token::Enumeration(self.span(start, self.at - 1)))
     }
 
     fn number(&mut self) -> Result<Token, StepError> {

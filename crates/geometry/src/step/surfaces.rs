@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::StepError;
-use super::curves::{curve, expand, implied};
+use super::curves::{curve, expand, implied, knots_of};
 use super::entity::Entity;
 use super::placement::{frame, point, vector};
 use super::units::Units;
@@ -146,15 +146,8 @@ fn spline(entity: Entity<'_>, units: &Units) -> Result<NurbsSurface, StepError> 
         }
         None => Vec::new(),
     };
-    let explicit = if entity.is_complex() {
-        entity.exact("B_SPLINE_SURFACE_WITH_KNOTS")
-    } else if entity.has("B_SPLINE_SURFACE_WITH_KNOTS") {
-        // name, two degrees, points, form, three flags
-        entity.part("", 8)
-    } else {
-        None
-    };
-    let knots = match explicit {
+    // name, two degrees, points, form, three flags
+    let knots = match knots_of(entity, "B_SPLINE_SURFACE_WITH_KNOTS", 8) {
         Some(e) => [expand(e, 0, 2)?, expand(e, 1, 3)?],
         None => [
             implied(entity, degrees[0], rows)?,

@@ -34,7 +34,6 @@ fn generated_parts_are_sound_and_repair_leaves_them_alone() {
         flange(),
         shapes::impeller_blank((18.0, 40.0), (60.0, 6.0), 8.0),
         shapes::boss_on_plate((80.0, 60.0, 10.0), 20.0, 10.0, 25.0),
-        shapes::boss_on_pipe(20.0, 10.0, 30.0, 25.0),
         shapes::ribbed_bracket((120.0, 60.0, 8.0), 4, 7.0, 30.0),
         shapes::box_wall(60.0, 40.0, 7.0, 20.0),
         shapes::cone(30.0, 10.0, 40.0),

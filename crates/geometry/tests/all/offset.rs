@@ -205,11 +205,10 @@ fn the_same_bits_on_any_thread_count() {
         })
         .collect();
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| inset(&regions, 3.0, FINE).unwrap())
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build()
+            .unwrap()
+            .install(|| inset(&regions, 3.0, FINE).unwrap())
     };
     assert_eq!(on(1), on(4));
 }

@@ -131,7 +131,6 @@ fn bodies_of_revolution_have_their_circles() {
         shapes::ribbed_bracket((120.0, 60.0, 8.0), 4, 7.0, 30.0),
         shapes::box_wall(60.0, 40.0, 7.0, 20.0),
         shapes::thin_wall(100.0, 7.0, 30.0),
-        shapes::boss_on_pipe(20.0, 10.0, 30.0, 25.0),
     ] {
         let (lo, hi) = part.bounds().unwrap();
         let n = 2000;

@@ -118,21 +118,26 @@ fn what_makes_no_box_is_refused() {
     assert!(space().fill_mesh(&mesh).unwrap().volume.is_finite());
 }
 
+/// A plate under a `top`, mm.
+fn slab(top: f64, turn: DMat3) -> Mesh {
+    let low = DVec3::new(-12.0, -12.0, -6.0);
+    cuboid(low, DVec3::new(12.0, 12.0, top), turn)
+}
+
+fn columns(turn: DMat3) -> Columns {
+    Columns {
+        origin: DVec3::ZERO,
+        axes: [turn.x_axis, turn.y_axis, turn.z_axis],
+        side: 0.5,
+    }
+}
+
 #[test]
 fn a_column_reads_the_surface_in_any_direction() {
     for turn in [DMat3::IDENTITY, any()] {
         let mut voxels = space();
-        let slab = cuboid(
-            DVec3::new(-12.0, -12.0, -6.0),
-            DVec3::new(12.0, 12.0, 3.3),
-            turn,
-        );
-        voxels.fill_mesh(&slab).unwrap();
-        let columns = Columns {
-            origin: DVec3::ZERO,
-            axes: [turn.x_axis, turn.y_axis, turn.z_axis],
-            side: 0.5,
-        };
+        voxels.fill_mesh(&slab(3.3, turn)).unwrap();
+        let columns = columns(turn);
         for (x, y) in [(0.25, 0.25), (5.1, -3.7), (-8.2, 6.6)] {
             let from_air = voxels.column(&columns, (x, y), (-5.0, 9.0, 12.0)).unwrap();
             let from_metal = voxels.column(&columns, (x, y), (-5.0, 0.0, 12.0)).unwrap();
@@ -161,11 +166,7 @@ fn a_column_reads_the_surface_in_any_direction() {
     voxels
         .fill_box(DVec3::new(-10.0, -10.0, 0.0), DVec3::new(0.2, 10.0, 5.1))
         .unwrap();
-    let columns = Columns {
-        origin: DVec3::ZERO,
-        axes: [DVec3::X, DVec3::Y, DVec3::Z],
-        side: 0.5,
-    };
+    let columns = columns(DMat3::IDENTITY);
     let column = voxels
         .column(&columns, (0.25, 0.25), (-5.0, 9.0, 12.0))
         .unwrap();
@@ -178,18 +179,9 @@ fn a_column_reads_the_surface_in_any_direction() {
 fn metal_laid_in_columns_keeps_its_volume_and_its_height() {
     for turn in [DMat3::IDENTITY, any()] {
         let mut voxels = space();
-        let slab = cuboid(
-            DVec3::new(-12.0, -12.0, -6.0),
-            DVec3::new(12.0, 12.0, 0.0),
-            turn,
-        );
-        voxels.fill_mesh(&slab).unwrap();
+        voxels.fill_mesh(&slab(0.0, turn)).unwrap();
         let before = voxels.volume();
-        let columns = Columns {
-            origin: DVec3::ZERO,
-            axes: [turn.x_axis, turn.y_axis, turn.z_axis],
-            side: 0.5,
-        };
+        let columns = columns(turn);
         let at = |n: i32| 0.5 * f64::from(n) + 0.25;
         let mut owed = 0.0;
         for layer in 0..3 {

@@ -116,11 +116,8 @@ fn a_long_track_costs_where_it_is_hot() {
 #[test]
 fn the_bits_with_a_window_do_not_depend_on_threads() {
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
             let (low, high) = (DVec3::new(-0.5, -0.5, -0.3), DVec3::new(2.5, 2.5, 0.0));
             let mut s = solver(low, high, 0.1);
             s.let_rows_sleep(2.0);

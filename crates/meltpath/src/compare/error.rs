@@ -7,68 +7,67 @@ use crate::cancel::{Stop, stops};
 use crate::ebm::EbmError;
 use crate::ebm::judge::VOXELS_REFERENCE;
 
-/// Why nothing could be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// What stops any command.
-    #[error(transparent)]
-    Stop(#[from] Stop),
-    /// The field of the run.
-    #[error(transparent)]
-    Ebm(EbmError),
-    /// A table.
-    #[error(transparent)]
-    Samples(#[from] SamplesError),
-    /// A folder that is no run of an electron beam.
-    #[error(
-        "{} is no run of an electron beam: {what}; give the folder that `meltpath run` wrote, or a table",
-        .path.display()
-    )]
-    Run {
-        /// The folder.
-        path: PathBuf,
-        /// What is missing.
-        what: String,
-    },
-    /// A run without a judge, and no table.
-    #[error(
-        "{} has nothing to compare its charts with: no {VOXELS_REFERENCE}; run its job with [judge] solver = \"reference\", or give a table",
-        .path.display()
-    )]
-    NoJudge {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// Two tables that tell different things.
-    #[error("`{table}` tells the {ours}, `{against}` the {theirs}: nothing is told by both")]
-    Apart {
-        /// The table.
-        table: String,
-        /// What it tells.
-        ours: String,
-        /// The other one.
-        against: String,
-        /// What that tells.
-        theirs: String,
-    },
-    /// No sample has a counterpart.
-    #[error(
-        "none of the {samples} samples of `{table}` can be compared: {places} lie {place_words}, {times} are {time_words}"
-    )]
-    Nothing {
-        /// The table.
-        table: String,
-        /// Its samples.
-        samples: usize,
-        /// Without a counterpart in place.
-        places: usize,
-        /// What that means.
-        place_words: &'static str,
-        /// Without one in time.
-        times: usize,
-        /// What that means.
-        time_words: &'static str,
-    },
+meltpath_base::passes_on! {
+    /// Why nothing could be compared.
+    pub enum CompareError {
+        /// What stops any command.
+        Stop(Stop),
+        /// The field of the run.
+        Ebm[EbmError],
+        /// A table.
+        Samples(SamplesError);
+
+        /// A folder that is no run of an electron beam.
+        #[error(
+            "{} is no run of an electron beam: {what}; give the folder that `meltpath run` wrote, or a table",
+            .path.display()
+        )]
+        Run {
+            /// The folder.
+            path: PathBuf,
+            /// What is missing.
+            what: String,
+        },
+        /// A run without a judge, and no table.
+        #[error(
+            "{} has nothing to compare its charts with: no {VOXELS_REFERENCE}; run its job with [judge] solver = \"reference\", or give a table",
+            .path.display()
+        )]
+        NoJudge {
+            /// The folder.
+            path: PathBuf,
+        },
+        /// Two tables that tell different things.
+        #[error("`{table}` tells the {ours}, `{against}` the {theirs}: nothing is told by both")]
+        Apart {
+            /// The table.
+            table: String,
+            /// What it tells.
+            ours: String,
+            /// The other one.
+            against: String,
+            /// What that tells.
+            theirs: String,
+        },
+        /// No sample has a counterpart.
+        #[error(
+            "none of the {samples} samples of `{table}` can be compared: {places} lie {place_words}, {times} are {time_words}"
+        )]
+        Nothing {
+            /// The table.
+            table: String,
+            /// Its samples.
+            samples: usize,
+            /// Without a counterpart in place.
+            places: usize,
+            /// What that means.
+            place_words: &'static str,
+            /// Without one in time.
+            times: usize,
+            /// What that means.
+            time_words: &'static str,
+        },
+    }
 }
 
 stops!(CompareError);

@@ -12,7 +12,7 @@ use super::judge::verdict;
 use super::plan::{Plan, planned};
 use super::simulate::simulate;
 use crate::job::{EbmJob, JobError, Written};
-use crate::outcome::{self, Examined};
+use crate::outcome::{self, Examined, RunFolder};
 use crate::views;
 
 fn plan_of(
@@ -29,7 +29,7 @@ fn plan_of(
     })
 }
 
-/// Runs a job: a new folder `out`, else the next free number in `runs`.
+/// Runs a job.
 ///
 /// # Errors
 /// [`EbmError`]; nothing is written then.
@@ -37,14 +37,13 @@ pub fn run(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
-    out: Option<&Path>,
-    runs: &Path,
+    home: RunFolder,
     observer: &dyn Observer,
 ) -> Result<outcome::Outcome, EbmError> {
     let reporter = Reporter::new();
     let plan = plan_of(job_file, job, text, observer)?;
     let settings = &plan.settings;
-    let folder = outcome::folder(out, runs)?;
+    let folder = home.create()?;
     plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
     let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {

@@ -9,21 +9,18 @@ use meltpath_thermal::solver::SolverError;
 use crate::cancel::{Stop, cancellable, stops};
 use crate::data::DataFileError;
 
-/// Why nothing was fitted.
-#[derive(Debug, thiserror::Error)]
-pub enum FitCommandError {
-    /// What stops any command.
-    #[error(transparent)]
-    Stop(#[from] Stop),
-    /// The material.
-    #[error(transparent)]
-    Material(#[from] DataFileError),
-    /// A simulation.
-    #[error(transparent)]
-    Coupon(CouponError),
-    /// The fit.
-    #[error(transparent)]
-    Fit(FitError<CouponError>),
+meltpath_base::passes_on! {
+    /// Why nothing was fitted.
+    pub enum FitCommandError {
+        /// What stops any command.
+        Stop(Stop),
+        /// The material.
+        Material(DataFileError),
+        /// A simulation.
+        Coupon[CouponError],
+        /// The fit.
+        Fit[FitError<CouponError>],
+    }
 }
 
 stops!(FitCommandError);

@@ -168,9 +168,8 @@ fn beam(
 
 /// A strut, with a beam for each of its circles.
 fn strut(
-    name: String,
     s: &StrutTable,
-    calibration: &FocusCalibration,
+    (name, focus): (String, &FocusCalibration),
 ) -> Result<Measurement, Problem> {
     let (radii, currents) = (s.radii.len(), s.currents.len());
     if radii != currents {
@@ -179,7 +178,7 @@ fn strut(
         return Err(s.currents.problem(message).help(help));
     }
     let circle = |(radius, current): (&Length, &Current)| {
-        let beam = beam(calibration, &name, [s.voltage.0, current.0], &s.focus)?;
+        let beam = beam(focus, &name, [s.voltage.0, current.0], &s.focus)?;
         Ok((radius.0, beam))
     };
     let circles = s.radii.iter().zip(s.currents.iter()).map(circle);
@@ -196,11 +195,7 @@ fn strut(
 }
 
 /// A wall, less the grains that stick to it.
-fn wall(
-    name: String,
-    w: &WallTable,
-    calibration: &FocusCalibration,
-) -> Result<Measurement, Problem> {
+fn wall(w: &WallTable, (name, focus): (String, &FocusCalibration)) -> Result<Measurement, Problem> {
     let grains = w.largest_grain.map_or(0.0, |g| stuck_grains(g.0));
     if w.measured.0 <= grains {
         let message = format!(
@@ -211,7 +206,7 @@ fn wall(
     }
     Ok(Measurement {
         coupon: Coupon::Wall {
-            beam: beam(calibration, &name, [w.voltage.0, w.current.0], &w.focus)?,
+            beam: beam(focus, &name, [w.voltage.0, w.current.0], &w.focus)?,
             speed: w.speed.0,
         },
         name,
@@ -222,13 +217,12 @@ fn wall(
 
 /// A block whose pores were measured.
 fn block(
-    name: String,
     p: &PorosityTable,
-    calibration: &FocusCalibration,
+    (name, focus): (String, &FocusCalibration),
 ) -> Result<Measurement, Problem> {
     Ok(Measurement {
         coupon: Coupon::Block {
-            beam: beam(calibration, &name, [p.voltage.0, p.current.0], &p.focus)?,
+            beam: beam(focus, &name, [p.voltage.0, p.current.0], &p.focus)?,
             speed: p.speed.0,
             spacing: p.spacing.0,
         },
@@ -274,11 +268,11 @@ fn resolve(file: &MeasurementsFile, folder: &Path) -> Result<Measurements, Probl
         focus::load(&file.focus, folder).map_err(|e| e.at(&file.focus))?;
     let name = |kind: &str, n: usize| format!("{kind} {}", n + 1);
     let struts = file.strut.iter().enumerate();
-    let struts = struts.map(|(n, s)| strut(name("strut", n), s, &calibration));
+    let struts = struts.map(|(n, s)| strut(s, (name("strut", n), &calibration)));
     let walls = file.wall.iter().enumerate();
-    let walls = walls.map(|(n, w)| wall(name("wall", n), w, &calibration));
+    let walls = walls.map(|(n, w)| wall(w, (name("wall", n), &calibration)));
     let blocks = file.porosity.iter().enumerate();
-    let blocks = blocks.map(|(n, p)| block(name("porosity", n), p, &calibration));
+    let blocks = blocks.map(|(n, p)| block(p, (name("porosity", n), &calibration)));
     let (mut all, mut problems) = (Vec::new(), Vec::new());
     for found in struts.chain(walls).chain(blocks) {
         match found {

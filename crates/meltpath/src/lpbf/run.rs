@@ -31,7 +31,7 @@ use super::{motion, optimise, refuse};
 use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::work::Work;
-use crate::outcome::{Examined, Outcome};
+use crate::outcome::{Examined, Outcome, RunFolder};
 use crate::tune::choose::ready_for;
 use crate::views;
 
@@ -51,7 +51,7 @@ impl HeadSink for Reach {
     }
 }
 
-/// The whole chain: a new folder `out`, else the next free number in `runs`.
+/// The whole chain.
 ///
 /// # Errors
 /// [`LpbfError`]; nothing is written then.
@@ -59,15 +59,14 @@ pub fn run(
     path: &Path,
     job: &Written<LpbfJob>,
     text: &str,
-    out: Option<&Path>,
-    runs: &Path,
+    home: RunFolder,
     observer: &dyn Observer,
 ) -> Result<Outcome, LpbfError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
     let (plan, mut surveys) = resolved(path, job, text, observer)?;
     let settings = &plan.settings;
-    let folder = crate::outcome::folder(out, runs)?;
+    let folder = home.create()?;
     let said = plan.warnings.iter();
     said.for_each(|w| reporter.push(w.clone()));
     for letter in &settings.foreign {

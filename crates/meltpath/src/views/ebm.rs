@@ -23,9 +23,7 @@ use meltpath_report::scene::{
     HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
 use meltpath_report::table::{Cell, Table};
-use meltpath_report::vtk::{
-    Field as Image, Values as FieldValues, write_collection, write_height_image,
-};
+use meltpath_report::vtk::{Field as Image, write_collection, write_height_image};
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
@@ -336,14 +334,9 @@ fn write_frames(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError>
         let name = format!("frames/{:03}.vti", n + 1);
         let (now, highest) = (celsius(&frame.now), celsius(&frame.highest));
         folder.write(&format!("fields/{name}"), |w| {
-            let field = |name, values| Image {
-                name,
-                unit: "°C",
-                values: FieldValues::Float32(values),
-            };
             let fields = [
-                field("temperature", &now),
-                field("highest temperature", &highest),
+                Image::floats("temperature", "°C", &now),
+                Image::floats("highest temperature", "°C", &highest),
             ];
             write_height_image(w, &grid, shown.highest.grid.top(), &fields)
                 .map_err(io::Error::other)

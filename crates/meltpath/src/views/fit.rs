@@ -45,34 +45,32 @@ fn parameters(found: &Found) -> Table {
     table
 }
 
-fn bodies(found: &Found) -> Table {
-    let mut table = Table::new(
-        "Measured and computed",
-        &[
-            "body",
-            "unit",
-            "measured",
-            "±",
-            "before",
-            "fitted",
-            "miss (in ±)",
-        ],
-    );
-    for (n, m) in found.measurements.all.iter().enumerate() {
+/// Every body by its name with the unit it is shown in: measured, its uncertainty, before and fitted.
+fn compared(found: &Found) -> impl Iterator<Item = (&str, &'static str, [f64; 4])> {
+    let all = found.measurements.all.iter().enumerate();
+    all.map(|(n, m)| {
         let (factor, unit) = shown(&m.coupon);
-        let after = found.fitted.predicted[n];
-        table.rows.push(vec![
-            Cell::text(&m.name),
-            Cell::text(unit),
-            Cell::Fixed(factor * m.value, 1),
-            Cell::Fixed(factor * m.sigma, 1),
-            Cell::Fixed(factor * found.before[n], 1),
-            Cell::Fixed(factor * after, 1),
-            Cell::Fixed((m.value - after) / m.sigma, 2),
-        ]);
-    }
-    "Walls without stuck grains.".clone_into(&mut table.note);
-    table
+        let values = [m.value, m.sigma, found.before[n], found.fitted.predicted[n]];
+        (m.name.as_str(), unit, values.map(|v| factor * v))
+    })
+}
+
+fn bodies(found: &Found) -> Table {
+    Table::of(
+        "Measured and computed",
+        compared(found).map(|(name, unit, [value, sigma, before, fitted])| {
+            [
+                ("body", Cell::text(name)),
+                ("unit", Cell::text(unit)),
+                ("measured", Cell::Fixed(value, 1)),
+                ("±", Cell::Fixed(sigma, 1)),
+                ("before", Cell::Fixed(before, 1)),
+                ("fitted", Cell::Fixed(fitted, 1)),
+                ("miss (in ±)", Cell::Fixed((value - fitted) / sigma, 2)),
+            ]
+        }),
+    )
+    .noted("Walls without stuck grains.")
 }
 
 const NAMES: [&str; 2] = ["uncalibrated", "calibrated"];
@@ -170,17 +168,9 @@ pub fn lines(found: &Found) -> Vec<String> {
             )
         })
         .collect();
-    for (n, m) in found.measurements.all.iter().enumerate() {
-        let (factor, unit) = shown(&m.coupon);
-        lines.push(format!(
-            "{}: measured {:.1} ± {:.1} {unit}, before {:.1}, fitted {:.1}",
-            m.name,
-            factor * m.value,
-            factor * m.sigma,
-            factor * found.before[n],
-            factor * found.fitted.predicted[n]
-        ));
-    }
+    lines.extend(compared(found).map(|(name, unit, [value, sigma, before, fitted])| {
+        format!("{name}: measured {value:.1} ± {sigma:.1} {unit}, before {before:.1}, fitted {fitted:.1}")
+    }));
     if let Some(p) = &found.prediction {
         for (n, c) in p.candidates.iter().enumerate() {
             let build = if p.build == Some(n) {
@@ -207,17 +197,8 @@ pub fn lines(found: &Found) -> Vec<String> {
 pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
     folder.write("fit.csv", |w| {
         writeln!(w, "body,unit,measured,sigma,before,fitted")?;
-        for (n, m) in found.measurements.all.iter().enumerate() {
-            let (factor, unit) = shown(&m.coupon);
-            writeln!(
-                w,
-                "{},{unit},{},{},{},{}",
-                m.name,
-                factor * m.value,
-                factor * m.sigma,
-                factor * found.before[n],
-                factor * found.fitted.predicted[n]
-            )?;
+        for (name, unit, [value, sigma, before, fitted]) in compared(found) {
+            writeln!(w, "{name},{unit},{value},{sigma},{before},{fitted}")?;
         }
         Ok(())
     })

@@ -251,27 +251,19 @@ enum Of {
 }
 
 fn steps(record: &Km0Record) -> Section {
-    let mut table = Table::new(
+    let table = Table::of(
         "Steps, up and down",
-        &[
-            "amplitude, deg",
-            "steady value, deg",
-            "start delay, µs",
-            "overshoot, %",
-            "response time, ms",
-            "static error, deg",
-        ],
+        record.stage2.steps.iter().map(|s| {
+            [
+                ("amplitude, deg", Cell::Fixed(s.amplitude_deg, 3)),
+                ("steady value, deg", Cell::Fixed(s.steady_deg, 4)),
+                ("start delay, µs", Cell::Fixed(1e6 * s.start_delay, 0)),
+                ("overshoot, %", Cell::Fixed(s.overshoot, 1)),
+                ("response time, ms", Cell::Fixed(1e3 * s.response_time, 2)),
+                ("static error, deg", Cell::Fixed(s.static_error_deg, 4)),
+            ]
+        }),
     );
-    for s in &record.stage2.steps {
-        table.rows.push(vec![
-            Cell::Fixed(s.amplitude_deg, 3),
-            Cell::Fixed(s.steady_deg, 4),
-            Cell::Fixed(1e6 * s.start_delay, 0),
-            Cell::Fixed(s.overshoot, 1),
-            Cell::Fixed(1e3 * s.response_time, 2),
-            Cell::Fixed(s.static_error_deg, 4),
-        ]);
-    }
     Section::new(
         "Steps",
         "Start: a change by 10⁻⁴ deg. Response: within 5 % of the steady value for good.",
@@ -281,28 +273,22 @@ fn steps(record: &Km0Record) -> Section {
 }
 
 fn ramps(record: &Km0Record) -> Section {
-    let mut table = Table::new(
+    let table = Table::of(
         "Ramps, up and down",
-        &[
-            "speed commanded, deg/s",
-            "steady speed, deg/s",
-            "angle, deg",
-            "lag, deg",
-            "speed response, ms",
-            "current, mA",
-            "torque, µN·m",
-        ],
+        record.stage2.ramps.iter().map(|r| {
+            [
+                ("speed commanded, deg/s", Cell::Fixed(r.speed_deg, 1)),
+                ("steady speed, deg/s", Cell::Fixed(r.steady_speed_deg, 1)),
+                ("angle, deg", Cell::Fixed(r.amplitude_deg, 2)),
+                ("lag, deg", Cell::Fixed(r.lag_deg, 4)),
+                (
+                    "speed response, ms",
+                    Cell::Fixed(1e3 * r.speed_response_time, 2),
+                ),
+                ("current, mA", Cell::Fixed(1e3 * r.current, 2)),
+                ("torque, µN·m", Cell::Fixed(1e6 * r.torque, 1)),
+            ]
+        }),
     );
-    for r in &record.stage2.ramps {
-        table.rows.push(vec![
-            Cell::Fixed(r.speed_deg, 1),
-            Cell::Fixed(r.steady_speed_deg, 1),
-            Cell::Fixed(r.amplitude_deg, 2),
-            Cell::Fixed(r.lag_deg, 4),
-            Cell::Fixed(1e3 * r.speed_response_time, 2),
-            Cell::Fixed(1e3 * r.current, 2),
-            Cell::Fixed(1e6 * r.torque, 1),
-        ]);
-    }
     Section::new("Ramps", "", vec![], vec![table])
 }

@@ -402,39 +402,28 @@ fn delay_plots(results: &[RecipeResult<'_>]) -> Vec<Plot> {
 }
 
 fn delay_table(results: &[RecipeResult<'_>]) -> Table {
-    let mut table = Table::new(
+    let table = Table::of(
         "Delays",
-        &[
-            "recipe",
-            "on, µs",
-            "off, µs",
-            "spurious, mm",
-            "missing, mm",
-            "recipe's own on, µs",
-            "recipe's own off, µs",
-        ],
+        results.iter().map(|r| {
+            let own = r.recipe.delays;
+            let (spurious, missing) = r.tuned.as_ref().map_or((Cell::Empty, Cell::Empty), |t| {
+                (
+                    Cell::Fixed(t.best.spurious(), 2),
+                    Cell::Fixed(t.best.missing(), 2),
+                )
+            });
+            [
+                ("recipe", Cell::text(&r.recipe.name)),
+                ("on, µs", Cell::Fixed(1e6 * r.delays.on, 0)),
+                ("off, µs", Cell::Fixed(1e6 * r.delays.off, 0)),
+                ("spurious, mm", spurious),
+                ("missing, mm", missing),
+                ("recipe's own on, µs", Cell::Fixed(1e6 * own.on, 0)),
+                ("recipe's own off, µs", Cell::Fixed(1e6 * own.off, 0)),
+            ]
+        }),
     );
-    for r in results {
-        let own = r.recipe.delays;
-        let (spurious, missing) = r.tuned.as_ref().map_or((Cell::Empty, Cell::Empty), |t| {
-            (
-                Cell::Fixed(t.best.spurious(), 2),
-                Cell::Fixed(t.best.missing(), 2),
-            )
-        });
-        table.rows.push(vec![
-            Cell::text(&r.recipe.name),
-            Cell::Fixed(1e6 * r.delays.on, 0),
-            Cell::Fixed(1e6 * r.delays.off, 0),
-            spurious,
-            missing,
-            Cell::Fixed(1e6 * own.on, 0),
-            Cell::Fixed(1e6 * own.off, 0),
-        ]);
-    }
-    "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer."
-        .clone_into(&mut table.note);
-    table
+    table.noted("Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer.")
 }
 
 /// Pairs of delays that no other beats in both lengths, at most a dozen.
@@ -443,22 +432,19 @@ fn front_table(r: &RecipeResult<'_>) -> Option<Table> {
     if r.front.is_empty() {
         return None;
     }
-    let mut table = Table::new(
-        &format!("{}: trade-offs of delays", r.recipe.name),
-        &["on, µs", "off, µs", "spurious, mm", "missing, mm"],
-    );
     let step = r.front.len().div_ceil(ROWS);
-    for s in r.front.iter().step_by(step) {
-        table.rows.push(vec![
-            Cell::Fixed(1e6 * s.delays.on, 0),
-            Cell::Fixed(1e6 * s.delays.off, 0),
-            Cell::Fixed(s.spurious(), 2),
-            Cell::Fixed(s.missing(), 2),
-        ]);
-    }
-    "Less spurious light costs more missing marks; no other pair is better in both. All of them are in series/delays-N.csv."
-        .clone_into(&mut table.note);
-    Some(table)
+    let table = Table::of(
+        &format!("{}: trade-offs of delays", r.recipe.name),
+        r.front.iter().step_by(step).map(|s| {
+            [
+                ("on, µs", Cell::Fixed(1e6 * s.delays.on, 0)),
+                ("off, µs", Cell::Fixed(1e6 * s.delays.off, 0)),
+                ("spurious, mm", Cell::Fixed(s.spurious(), 2)),
+                ("missing, mm", Cell::Fixed(s.missing(), 2)),
+            ]
+        }),
+    );
+    Some(table.noted("Less spurious light costs more missing marks; no other pair is better in both. All of them are in series/delays-N.csv."))
 }
 
 /// The first square or layer as marked by each recipe, coloured by its contour error; the first recipe is shown.

@@ -156,7 +156,7 @@ pub fn sections(simulation: &Simulation, growth: &GrowthError, limits: &Limits) 
                 height_plot(&simulation.layers, growth),
                 ctwd_plot(&simulation.layers, limits),
                 flatness_plot(&simulation.layers, limits),
-                speed_plot(simulation),
+                speed_plot(&simulation.samples),
             ],
             vec![layer_table(&simulation.layers)],
         ),
@@ -211,9 +211,9 @@ fn flatness_plot(layers: &[LayerOutcome], limits: &Limits) -> Plot {
     .limit("limit", limits.flatness)
 }
 
-fn speed_plot(simulation: &Simulation) -> Plot {
-    let speeds: Vec<f64> = simulation
-        .samples
+/// How fast beads are drawn.
+fn speed_plot(samples: &[Sample]) -> Plot {
+    let speeds: Vec<f64> = samples
         .iter()
         .filter(|s| s.arc)
         .map(|s| s.speed * PER_MINUTE)
@@ -270,40 +270,27 @@ fn section_plots(map: &HeightMap) -> Vec<Plot> {
 }
 
 fn layer_table(layers: &[LayerOutcome]) -> Table {
-    let mut table = Table::new(
-        "Layers",
-        &[
-            "layer",
-            "beads",
-            "length (mm)",
-            "planned top (mm)",
-            "predicted top (mm)",
-            "flatness (mm)",
-            "CTWD mean (mm)",
-            "CTWD least (mm)",
-            "wire (m)",
-            "arc time",
-        ],
-    );
     let optional = |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::Fixed(v, 2));
-    table.rows = layers
-        .iter()
-        .map(|l| {
-            vec![
-                Cell::Number(f64::from(l.layer)),
-                Cell::Number(f64::from(l.beads)),
-                Cell::Fixed(l.length, 0),
-                optional(l.planned_top.is_finite().then_some(l.planned_top)),
-                optional(l.mean_top),
-                optional(l.flatness),
-                Cell::Fixed(l.ctwd_mean, 2),
-                Cell::Fixed(l.ctwd_range.0, 2),
-                Cell::Fixed(l.wire / 1000.0, 2),
-                Cell::Duration(l.arc_time),
+    Table::of(
+        "Layers",
+        layers.iter().map(|l| {
+            [
+                ("layer", Cell::Number(f64::from(l.layer))),
+                ("beads", Cell::Number(f64::from(l.beads))),
+                ("length (mm)", Cell::Fixed(l.length, 0)),
+                (
+                    "planned top (mm)",
+                    optional(l.planned_top.is_finite().then_some(l.planned_top)),
+                ),
+                ("predicted top (mm)", optional(l.mean_top)),
+                ("flatness (mm)", optional(l.flatness)),
+                ("CTWD mean (mm)", Cell::Fixed(l.ctwd_mean, 2)),
+                ("CTWD least (mm)", Cell::Fixed(l.ctwd_range.0, 2)),
+                ("wire (m)", Cell::Fixed(l.wire / 1000.0, 2)),
+                ("arc time", Cell::Duration(l.arc_time)),
             ]
-        })
-        .collect();
-    table
+        }),
+    )
 }
 
 /// Writes the as-built mesh, the ParaView fields and the series.

@@ -16,7 +16,7 @@ use super::program::{self, Commands};
 use super::run::{Shown, load_part, write_common};
 use super::settings::{Settings, resolve};
 use crate::job::{self, Job, JobError};
-use crate::outcome::{self, Outcome, record_inputs};
+use crate::outcome::{Outcome, RunFolder, record_inputs};
 use crate::stages::part::Part;
 use crate::start::WAAM_TEMPLATE;
 use crate::views::waam::sheet::operator_sheet;
@@ -44,8 +44,7 @@ const SAME_HEIGHT: f64 = 0.5;
 pub fn simulate_program(
     main: &Path,
     job: Option<&Path>,
-    out: Option<&Path>,
-    runs: &Path,
+    home: RunFolder,
     observer: &dyn Observer,
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
@@ -61,7 +60,7 @@ pub fn simulate_program(
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
     let commands = commands;
-    let folder = outcome::folder(out, runs)?;
+    let folder = home.create()?;
     let part = loaded
         .as_ref()
         .map(|loaded| load_part(loaded, &reporter, observer))

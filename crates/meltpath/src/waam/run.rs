@@ -20,7 +20,7 @@ use super::settings::{Settings, laws_tried};
 use super::surface;
 use crate::job::JobError;
 use crate::job::common::SubstrateTable;
-use crate::outcome::{self, Examined, Outcome};
+use crate::outcome::{self, Examined, Outcome, RunFolder};
 use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
@@ -81,19 +81,14 @@ fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
     }
 }
 
-/// The whole chain: a new folder `out`, else the next free number in `runs`.
+/// The whole chain.
 ///
 /// # Errors
 /// [`WaamError`]; nothing is written then.
-pub fn run(
-    job: &Path,
-    out: Option<&Path>,
-    runs: &Path,
-    observer: &dyn Observer,
-) -> Result<Outcome, WaamError> {
+pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
-    let folder = outcome::folder(out, runs)?;
+    let folder = home.create()?;
     warn_of_plate(&loaded.settings, &reporter);
     if let Some(asked) = &loaded.settings.surface {
         return surface::run::run(&loaded, asked, folder, &reporter, observer);

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::reach::measured;
 use crate::support::{check, says, thin_wall, warned, write};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::simulate_program;
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_data::{cells, robots};
@@ -123,7 +124,7 @@ fn job(folder: &Path, machine: &str, of_cell: &str, tables: &str) -> PathBuf {
 
 fn judged(job: &Path, program: &Path) -> Verdict {
     let runs = job.with_file_name("runs");
-    simulate_program(program, Some(job), None, &runs, &Silent)
+    simulate_program(program, Some(job), NextIn(&runs), &Silent)
         .unwrap()
         .verdict
 }
@@ -386,7 +387,7 @@ fn the_joints_of_a_program_are_a_table_and_slow_axes_are_told() {
             .collect();
         let file = program(dir.path(), "wall.ls", &WALL, &positions);
         let runs = dir.path().join("runs");
-        let outcome = simulate_program(&file, Some(&job), None, &runs, &Silent).unwrap();
+        let outcome = simulate_program(&file, Some(&job), NextIn(&runs), &Silent).unwrap();
         let facts_of = outcome.verdict.facts.iter();
         facts.push(
             facts_of
@@ -474,7 +475,7 @@ fn kuka_wall(home: &Path, layers: u32, machine: &str) -> (PathBuf, PathBuf) {
              [machine]\ncell = \"cell.toml\"\n{machine}\n[simulation]\ncell = \"1 mm\"\n"
         ),
     );
-    let ran = meltpath::waam::run(&job, None, &home.join("runs"), &Silent).unwrap();
+    let ran = meltpath::waam::run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
     (job, ran.folder.join("program/JOB.src"))
 }
 
@@ -553,7 +554,7 @@ fn a_table_that_stands_turned_in_a_kuka_program_does_so_by_degrees() {
         .replace("DECL POS", "DECL E6POS")
         .replace('}', ",E1 45.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}");
     std::fs::write(&data, turned).unwrap();
-    let told = simulate_program(&file, Some(&job), None, &home.join("turned"), &Silent).unwrap();
+    let told = simulate_program(&file, Some(&job), NextIn(&home.join("turned")), &Silent).unwrap();
     let table = std::fs::read_to_string(told.folder.join("series/joints.csv")).unwrap();
     let mut rows = table.lines().filter(|l| !l.starts_with('#'));
     let mut names = rows.next().unwrap().split(',');

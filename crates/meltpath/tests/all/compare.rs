@@ -2,8 +2,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::support::{warned, write};
+use crate::support::{has_files, warned, write};
 use meltpath::compare::quantity::Quantity;
+use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
@@ -19,7 +20,7 @@ fn run(folder: &Path) -> PathBuf {
     let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
     let file = write(folder, "job.toml", crate::ebm::previewed(job));
     let out = folder.join("run");
-    chain::run(&file, Some(&out), folder, &Silent).unwrap();
+    chain::run(&file, At(&out), &Silent).unwrap();
     out
 }
 
@@ -43,7 +44,7 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
     table += "50,0,-0.02,0.1,775\n1,0,-0.02,500,775\n";
     let file = write(folder, "sensors.csv", &table);
     let out = folder.join("first");
-    let found = compare::compare(&run, Some(&file), Some(&out), folder, &Silent).unwrap();
+    let found = compare::compare(&run, Some(&file), At(&out), &Silent).unwrap();
     assert_eq!(found.parts[0].left_out, [1, 1]);
     // 0.4 mm beside the line nothing is heated yet: the table is 25 K too high
     assert!(
@@ -52,15 +53,16 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
         found.parts[0].apart
     );
     assert!(warned(&found.verdict, "samples-left-out"));
-    for name in [
-        "report.html",
-        "pairs.csv",
-        "map.csv",
-        "map.vti",
-        "verdict.json",
-    ] {
-        assert!(out.join(name).is_file(), "{name}");
-    }
+    has_files(
+        &out,
+        &[
+            "report.html",
+            "pairs.csv",
+            "map.csv",
+            "map.vti",
+            "verdict.json",
+        ],
+    );
     // the pairs it wrote are a table themselves: the run's own temperatures, met again to the rounding of the file
     let pairs = std::fs::read_to_string(out.join("pairs.csv")).unwrap();
     let own: String = pairs
@@ -79,28 +81,14 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
         })
         .collect();
     let again = write(folder, "own.csv", own);
-    let same = compare::compare(
-        &run,
-        Some(&again),
-        Some(&folder.join("second")),
-        folder,
-        &Silent,
-    )
-    .unwrap();
+    let same = compare::compare(&run, Some(&again), At(&folder.join("second")), &Silent).unwrap();
     assert!(
         same.parts[0].apart.worst.difference().abs() < 0.05,
         "{:?}",
         same.parts[0].apart
     );
     // and one table against the other
-    let tables = compare::compare(
-        &again,
-        Some(&file),
-        Some(&folder.join("third")),
-        folder,
-        &Silent,
-    )
-    .unwrap();
+    let tables = compare::compare(&again, Some(&file), At(&folder.join("third")), &Silent).unwrap();
     assert!(
         (tables.parts[0].apart.bias - 25.0).abs() < 0.5,
         "{:?}",
@@ -123,14 +111,14 @@ fn charts_are_compared_with_their_judge() {
     let file = folder.join("job.toml");
     let plain = folder.join("plain");
     std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
-    chain::run(&file, Some(&plain), folder, &Silent).unwrap();
-    let refused = compare::compare(&plain, None, None, folder, &Silent).unwrap_err();
+    chain::run(&file, At(&plain), &Silent).unwrap();
+    let refused = compare::compare(&plain, None, NextIn(folder), &Silent).unwrap_err();
     let refused = refused.to_string();
     assert!(refused.contains("solver = \"reference\""), "{refused}");
     let judge = "[judge]\nsolver = \"reference\"\ncell = \"0.1 mm\"\nstep = \"10 us\"\nplaces = [[\"0.6 mm\", \"0 mm\"], [\"0.6 mm\", \"0 mm\", \"-0.1 mm\"], [\"9 mm\", \"0 mm\"]]\n";
     std::fs::write(&file, format!("{job}{judge}")).unwrap();
     let run = folder.join("run");
-    let ran = chain::run(&file, Some(&run), folder, &Silent).unwrap();
+    let ran = chain::run(&file, At(&run), &Silent).unwrap();
     let told = |code: &str| ran.verdict.warnings.iter().find(|w| w.code == code);
     assert!(
         told("places-outside")
@@ -139,7 +127,7 @@ fn charts_are_compared_with_their_judge() {
             .contains("(9, 0, 0)")
     );
     let out = folder.join("out");
-    let found = compare::compare(&run, None, Some(&out), folder, &Silent).unwrap();
+    let found = compare::compare(&run, None, At(&out), &Silent).unwrap();
     let of = |q: Quantity| found.parts.iter().find(|p| p.quantity == q).unwrap();
     assert_eq!(found.parts.len(), 4);
     // two places every 50 µs of 6 ms, from the first look on
@@ -150,14 +138,15 @@ fn charts_are_compared_with_their_judge() {
     let froze = &of(Quantity::Solidified).apart;
     assert!(froze.mean < 5e-4, "{froze:?}");
     assert!(in_style(&out) > 10 && in_style(&run) > 10);
-    for name in [
-        "pairs.csv",
-        "pairs-highest.csv",
-        "map-molten.vti",
-        "map-solidified.csv",
-    ] {
-        assert!(out.join(name).is_file(), "{name}");
-    }
+    has_files(
+        &out,
+        &[
+            "pairs.csv",
+            "pairs-highest.csv",
+            "map-molten.vti",
+            "map-solidified.csv",
+        ],
+    );
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("Time of freezing"));
     // tables against tables: each with itself, and charts with the solver within a twentieth of a millimetre
@@ -165,12 +154,13 @@ fn charts_are_compared_with_their_judge() {
         run.join("series/voxels-reference.csv"),
         run.join("series/voxels.csv"),
     );
-    let same = compare::compare(&ours, Some(&ours), None, &folder.join("same"), &Silent).unwrap();
+    let same = compare::compare(&ours, Some(&ours), NextIn(&folder.join("same")), &Silent).unwrap();
     assert!(same.parts.iter().all(|p| p.apart.worst.difference() == 0.0));
-    let near = compare::compare(&theirs, Some(&ours), None, &folder.join("near"), &Silent).unwrap();
+    let near =
+        compare::compare(&theirs, Some(&ours), NextIn(&folder.join("near")), &Silent).unwrap();
     assert_eq!(near.parts.len(), 3);
     let samples = run.join("series/temperatures-reference.csv");
-    let error = compare::compare(&theirs, Some(&samples), None, folder, &Silent).unwrap_err();
+    let error = compare::compare(&theirs, Some(&samples), NextIn(folder), &Silent).unwrap_err();
     let error = error.to_string();
     assert!(error.contains("nothing is told by both"), "{error}");
 }
@@ -183,7 +173,7 @@ fn every_layer_is_compared() {
     let job = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[hatch]\n";
     let file = write(folder, "job.toml", crate::ebm::previewed(job));
     let run = folder.join("run");
-    chain::run(&file, Some(&run), folder, &Silent).unwrap();
+    chain::run(&file, At(&run), &Silent).unwrap();
     // on the surface, which is 750 °C until the beam comes
     let table = |name: &str, layers: &[u32]| {
         let mut text = "x,y,t_ms,T,layer\n".to_owned();
@@ -201,13 +191,7 @@ fn every_layer_is_compared() {
         write(folder, name, text)
     };
     let out = folder.join("out");
-    let found = compare::compare(
-        &run,
-        Some(&table("all.csv", &[1, 2, 3])),
-        Some(&out),
-        folder,
-        &Silent,
-    );
+    let found = compare::compare(&run, Some(&table("all.csv", &[1, 2, 3])), At(&out), &Silent);
     let found = found.unwrap();
     assert_eq!(found.parts[0].pairs.len(), 30);
     let height = |layer: usize| {
@@ -237,7 +221,7 @@ fn every_layer_is_compared() {
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("By layer"));
     let wrong = table("wrong.csv", &[1, 4]);
-    let error = compare::compare(&run, Some(&wrong), None, folder, &Silent).unwrap_err();
+    let error = compare::compare(&run, Some(&wrong), NextIn(folder), &Silent).unwrap_err();
     assert!(
         error
             .to_string()
@@ -255,8 +239,7 @@ fn what_cannot_be_compared_is_named() {
     let away = write("b.csv", "x,y,z,t,T\n5,0,0,0,900\n");
     let told = |against: &Path, table: &Path| {
         let out = folder.join("out");
-        let error =
-            compare::compare(against, Some(table), Some(&out), folder, &Silent).unwrap_err();
+        let error = compare::compare(against, Some(table), At(&out), &Silent).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };

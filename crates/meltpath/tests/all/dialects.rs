@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::support::{check, thin_wall};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
@@ -75,7 +76,7 @@ fn programs_of_other_controllers_run_and_are_read_back() {
     ] {
         let dir = tempfile::tempdir().unwrap();
         let (home, job) = job_for(dir.path(), dialect, robot);
-        let outcome = run(&job, None, &home.join("runs"), &Silent).unwrap();
+        let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
         let mut wanted = files.to_vec();
         wanted.sort_unstable();
         assert_eq!(names(&outcome.folder), wanted, "{dialect}");
@@ -103,7 +104,7 @@ fn programs_of_other_controllers_run_and_are_read_back() {
         }
         let main = outcome.folder.join("program").join(files[files.len() - 1]);
         let again =
-            simulate_program(&main, Some(&job), None, &home.join("again"), &Silent).unwrap();
+            simulate_program(&main, Some(&job), NextIn(&home.join("again")), &Silent).unwrap();
         assert_eq!(
             check(&again.verdict, "lines").status,
             Status::Pass,
@@ -146,12 +147,12 @@ fn one_job_is_written_for_two_controllers() {
         "cell = \"cell.toml\"",
         "[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n",
     );
-    let outcome = run(&job, None, &home.join("runs"), &Silent).unwrap();
+    let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
     assert_eq!(names(&outcome.folder), ["JOB.LS", "JOB.dat", "JOB.src"]);
     assert_eq!(check(&outcome.verdict, "program").status, Status::Pass);
     assert_ne!(check(&outcome.verdict, "lack").status, Status::CannotSay);
     let main = outcome.folder.join("program/JOB.src");
-    let again = simulate_program(&main, Some(&job), None, &home.join("again"), &Silent).unwrap();
+    let again = simulate_program(&main, Some(&job), NextIn(&home.join("again")), &Silent).unwrap();
     let lack = check(&again.verdict, "lack");
     assert_eq!(lack.status, Status::CannotSay);
     assert!(lack.reason.contains("written in KUKA KRL"), "{lack:?}");
@@ -164,7 +165,7 @@ fn a_cell_without_words_is_told_what_to_write() {
     let home = dir.path().join("job");
     std::fs::create_dir(&home).unwrap();
     let job = job(&home, "", "[output]\nprograms = [\"abb-rapid\"]\n");
-    let told = run(&job, None, &home.join("runs"), &Silent)
+    let told = run(&job, NextIn(&home.join("runs")), &Silent)
         .unwrap_err()
         .to_string();
     assert!(told.contains("write program.rapid"), "{told}");

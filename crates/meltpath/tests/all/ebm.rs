@@ -11,15 +11,16 @@ mod reference_solver;
 mod spots;
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::support::{plan_of, refusal, rows, says, warned, write};
+use crate::support::{check, has_files, plan_of, refusal, rows, says, warned, write};
 use meltpath::ebm::plan::planned;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
+use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::{chain, compare};
-use meltpath_base::{Reporter, Silent, Status};
+use meltpath_base::{Reporter, Silent, Status, Verdict};
 
 /// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
 fn path(lines: u32, focus: f64) -> String {
@@ -47,7 +48,27 @@ pub(crate) fn previewed(text: &str) -> String {
     }
 }
 
-fn job(folder: &Path, extra: &str, focus: f64) -> std::path::PathBuf {
+/// A job without a file of its path, with more tables.
+fn hatched(folder: &Path, tables: &str) -> PathBuf {
+    let text = JOB.replace("path = \"path.csv\"\n", "") + tables;
+    write(folder, "job.toml", previewed(&text))
+}
+
+/// The path that a run of a job writes.
+fn drawn(file: &Path, out: &Path) -> String {
+    chain::run(file, At(out), &Silent).unwrap();
+    std::fs::read_to_string(out.join("path.csv")).unwrap()
+}
+
+/// What a job of six lines says; its folder is gone.
+fn verdict_of(folder: &Path, extra: &str) -> Verdict {
+    let file = job(folder, extra, 4e-3);
+    let outcome = chain::run(&file, At(&folder.join("out")), &Silent).unwrap();
+    std::fs::remove_dir_all(&outcome.folder).unwrap();
+    outcome.verdict
+}
+
+fn job(folder: &Path, extra: &str, focus: f64) -> PathBuf {
     std::fs::write(folder.join("path.csv"), path(6, focus)).unwrap();
     write(folder, "job.toml", previewed(&format!("{JOB}{extra}")))
 }
@@ -58,7 +79,7 @@ fn a_small_job_runs_and_learns() {
     let extra = "sections = [[\"1 mm\", \"0.25 mm\"], [\"50 mm\", \"0 mm\"]]\n[window]\ngood = \"path.csv\"\n[region]\ninside = \"0.1 mm\"\n[optimise]\nmethod = \"learning\"\nrounds = 3\n[checks]\nin_window = \"5 %\"\n";
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     // charts preview: what they say is kept, and nothing passes by it
     assert_eq!(outcome.verdict.status(), Status::CannotSay);
     let share = &outcome.verdict.checks[0];
@@ -73,19 +94,20 @@ fn a_small_job_runs_and_learns() {
     }
     let told = warned(&outcome.verdict, "laws-extrapolated");
     assert!(told, "{:?}", outcome.verdict.warnings);
-    for name in [
-        "report.html",
-        "verdict.json",
-        "provenance.json",
-        "path.csv",
-        "charts/1.melt",
-        "series/voxels.csv",
-        "fields/temperature.pvd",
-        "fields/frames/003.vti",
-        "fields/voxels.vti",
-    ] {
-        assert!(out.join(name).is_file(), "{name}");
-    }
+    has_files(
+        &out,
+        &[
+            "report.html",
+            "verdict.json",
+            "provenance.json",
+            "path.csv",
+            "charts/1.melt",
+            "series/voxels.csv",
+            "fields/temperature.pvd",
+            "fields/frames/003.vti",
+            "fields/voxels.vti",
+        ],
+    );
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     says(
         &report,
@@ -103,13 +125,7 @@ fn a_small_job_runs_and_learns() {
         .replace("path.csv", "out/path.csv")
         .replace("[simulation]\nframes = 3\nfiles", "files");
     std::fs::write(&again, previewed(&text)).unwrap();
-    let second = chain::run(
-        &again,
-        Some(&dir.path().join("second")),
-        dir.path(),
-        &Silent,
-    )
-    .unwrap();
+    let second = chain::run(&again, At(&dir.path().join("second")), &Silent).unwrap();
     assert_eq!(
         std::fs::read(out.join("charts/1.melt")).unwrap(),
         std::fs::read(second.folder.join("charts/1.melt")).unwrap()
@@ -120,12 +136,11 @@ fn a_small_job_runs_and_learns() {
 #[test]
 fn a_region_is_hatched_layer_by_layer() {
     let dir = tempfile::tempdir().unwrap();
-    let text = JOB.replace("path = \"path.csv\"\n", "")
-        + "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
-    let file = write(dir.path(), "job.toml", previewed(&text));
+    let tables = "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
+    let file = hatched(dir.path(), tables);
+    let text = std::fs::read_to_string(&file).unwrap();
     let out = dir.path().join("out");
-    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let csv = drawn(&file, &out);
     // the second layer's lines run along y
     let upright = csv.lines().skip(1).filter(|l| !l.starts_with('#'));
     let first: Vec<Vec<f64>> = upright
@@ -157,7 +172,7 @@ fn a_path_is_found_on_the_reference_solver() {
         + "[hatch]\nstrategy = \"one-way\"\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\norders = [\"backwards\"]\nrounds = 4\ncell = \"0.1 mm\"\n[checks]\nin_window = \"5 %\"\n";
     let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     // one run of the solver shows no convergence
     assert_eq!(outcome.verdict.status(), Status::CannotSay);
     let fact = outcome
@@ -191,7 +206,7 @@ fn a_path_is_found_on_the_reference_solver() {
     // between two steps
     assert!(warned("charts-in-steps"));
     let voxels = out.join("series/voxels.csv");
-    let same = compare::compare(&out, Some(&voxels), None, dir.path(), &Silent).unwrap();
+    let same = compare::compare(&out, Some(&voxels), NextIn(dir.path()), &Silent).unwrap();
     let apart = same.parts.iter().map(|p| p.apart.mean);
     assert!(apart.fold(0.0, f64::max) < 1.0);
     let wrong = text.replace("solver = \"reference\"\n", "");
@@ -221,7 +236,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     let refused = |extra: &str, focus: f64| {
         let file = job(dir.path(), extra, focus);
         let out = dir.path().join("out");
-        let error = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap_err();
+        let error = chain::run(&file, At(&out), &Silent).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };
@@ -325,7 +340,7 @@ fn a_part_without_beam_or_area_is_refused() {
     let refused = |part: &str| {
         let extra = format!("[judge]\nsolver = \"reference\"\nbeyond = \"0 mm\"\npart = {part}\n");
         let file = job(dir.path(), &extra, 4e-3);
-        chain::run(&file, Some(&dir.path().join("out")), dir.path(), &Silent)
+        chain::run(&file, At(&dir.path().join("out")), &Silent)
             .unwrap_err()
             .to_string()
     };
@@ -342,7 +357,7 @@ fn a_small_job_is_judged() {
     let extra = "[judge]\nsolver = \"reference\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\npart = [[\"0.5 mm\", \"0.2 mm\"], [\"1.5 mm\", \"0.5 mm\"]]\n";
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     let check = &outcome.verdict.checks[0];
     assert!(check.title.ends_with("on the reference solver"));
     for said in ["cells of 125.0 µm", "in the window as it was"] {
@@ -371,14 +386,10 @@ fn the_whole_section_is_judged() {
         let extra = format!(
             "[ebm]\nefficiency = \"50 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
         );
-        let file = job(dir.path(), &extra, 4e-3);
-        let out = dir.path().join("out");
-        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
-        println!("{}", outcome.verdict.to_json());
+        let verdict = verdict_of(dir.path(), &extra);
+        println!("{}", verdict.to_json());
         move |id: &str| {
-            let found = outcome.verdict.checks.iter().find(|c| c.id == id);
-            let check = found.unwrap();
+            let check = check(&verdict, id);
             (
                 check.status,
                 check.value.as_ref().unwrap().value,
@@ -438,12 +449,11 @@ fn the_whole_section_is_judged() {
 #[test]
 fn lines_overrun_the_contour() {
     let dir = tempfile::tempdir().unwrap();
-    let text = JOB.replace("path = \"path.csv\"\n", "")
-        + "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
-    let file = write(dir.path(), "job.toml", previewed(&text));
+    let tables = "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
+    let file = hatched(dir.path(), tables);
+    let text = std::fs::read_to_string(&file).unwrap();
     let out = dir.path().join("out");
-    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let csv = drawn(&file, &out);
     let column = |n: usize| -> Vec<f64> {
         let rows = csv
             .lines()

@@ -3,6 +3,7 @@ use crate::support::write;
 use std::path::Path;
 
 use meltpath::fit::{fit, measurements};
+use meltpath::outcome::RunFolder::At;
 use meltpath::views::fit::lines;
 use meltpath_base::{Silent, Status};
 
@@ -22,7 +23,7 @@ fn the_struts_of_the_thesis_correct_the_beam() {
     )
     .unwrap();
     let out = dir.path().join("out");
-    let found = fit(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let found = fit(&file, At(&out), &Silent).unwrap();
     for line in lines(&found) {
         println!("{line}");
     }
@@ -86,7 +87,7 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
     println!("sizes {sizes:.4?}");
     std::fs::write(&file, text(sizes[0], sizes[1], sizes[2])).unwrap();
     let out = dir.path().join("out");
-    let found = fit(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let found = fit(&file, At(&out), &Silent).unwrap();
     println!(
         "{:.4?} ± {:.4?}, misfit {:.2}",
         found.fitted.values, found.fitted.sigmas, found.fitted.misfit
@@ -157,12 +158,11 @@ fn remedies_of_a_file_of_measurements_are_true() {
 #[test]
 fn a_fit_that_learns_nothing_cannot_say() {
     let dir = tempfile::tempdir().unwrap();
-    let file = dir.path().join("m.toml");
     let text = format!(
         "layers = 1\nspacing = \"100 µm\"\n[[porosity]]\nmeasured = \"0 %\"\nsigma = \"0.5 %\"\ncurrent = \"5 mA\"\nspeed = \"400 mm/s\"\nspacing = \"0.1 mm\"\n{BEAM}"
     );
-    std::fs::write(&file, text).unwrap();
-    let found = fit(&file, Some(&dir.path().join("out")), dir.path(), &Silent).unwrap();
+    let file = write(dir.path(), "m.toml", text);
+    let found = fit(&file, At(&dir.path().join("out")), &Silent).unwrap();
     println!("{:?}", found.verdict.checks);
     assert_eq!(found.verdict.status(), Status::CannotSay);
     let remedy = found.verdict.checks[0].remedy.clone().unwrap();
@@ -179,7 +179,7 @@ fn remedies_of_a_fit_are_true() {
             "layers = 1\nspacing = \"100 µm\"\n[[wall]]\nmeasured = \"{measured}\"\nsigma = \"20 µm\"\ncurrent = \"3 mA\"\nspeed = \"800 mm/s\"\n{BEAM}"
         );
         std::fs::write(&file, text).unwrap();
-        let found = fit(&file, Some(&dir.path().join(out)), dir.path(), &Silent).unwrap();
+        let found = fit(&file, At(&dir.path().join(out)), &Silent).unwrap();
         super::names::in_style(&found.folder);
         println!(
             "{measured}: {:?} {:?} {:?}",

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::support::{check, says, thin_wall, write};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::simulate_program;
 use meltpath_base::{Silent, Status, Verdict};
 
@@ -60,7 +61,7 @@ fn job(folder: &Path) -> PathBuf {
 fn simulated(folder: &Path, lines: &[&str], job: Option<&Path>) -> Verdict {
     let program = program(folder, lines);
     let runs = folder.join("runs");
-    simulate_program(&program, job, None, &runs, &Silent)
+    simulate_program(&program, job, NextIn(&runs), &Silent)
         .unwrap()
         .verdict
 }
@@ -99,8 +100,7 @@ fn a_contact_tube_that_drifts_in_the_middle_fails_there() {
     let verdict = simulate_program(
         &program,
         Some(&job),
-        None,
-        &dir.path().join("runs"),
+        NextIn(&dir.path().join("runs")),
         &Silent,
     )
     .unwrap()
@@ -124,13 +124,17 @@ fn a_contact_tube_that_drifts_in_the_middle_fails_there() {
     }
 }
 
+fn change_cell(folder: &Path, change: impl FnOnce(String) -> String) {
+    let cell = folder.join("cell.toml");
+    let known = std::fs::read_to_string(&cell).unwrap();
+    std::fs::write(&cell, change(known)).unwrap();
+}
+
 /// A program that feeds more than any bead of the map was fed: nothing is known of its beads.
 #[test]
 fn a_feed_outside_the_map_is_undecided_where_it_begins() {
     let dir = tempfile::tempdir().unwrap();
     let job = job(dir.path());
-    let cell = dir.path().join("cell.toml");
-    let text = std::fs::read_to_string(&cell).unwrap();
     let usual = "wire_feed = \"8 m/min\"";
     assert!(
         simulated(dir.path(), &[], Some(&job))
@@ -138,7 +142,9 @@ fn a_feed_outside_the_map_is_undecided_where_it_begins() {
             .iter()
             .all(|c| c.id != "range")
     );
-    std::fs::write(&cell, text.replace(usual, "wire_feed = \"14 m/min\"")).unwrap();
+    change_cell(dir.path(), |text| {
+        text.replace(usual, "wire_feed = \"14 m/min\"")
+    });
     let verdict = simulated(dir.path(), &[], Some(&job));
     let range = check(&verdict, "range");
     assert_eq!(range.status, Status::CannotSay);
@@ -200,7 +206,7 @@ fn a_folder_of_programs_is_simulated_from_its_main() {
     call("FIRST", "SECOND");
     call("SECOND", "WALL");
     let runs = dir.path().join("runs");
-    let simulate = || simulate_program(&folder, Some(&job), None, &runs, &Silent);
+    let simulate = || simulate_program(&folder, Some(&job), NextIn(&runs), &Silent);
     let outcome = simulate().unwrap();
     assert_eq!(check(&outcome.verdict, "lines").status, Status::Pass);
     assert!(outcome.verdict.facts.iter().any(|f| f.id == "wire-mass"));
@@ -228,7 +234,7 @@ fn the_plate_is_where_the_job_says() {
         .replace("Z = 60 mm", "Z = 472 mm");
     let runs = dir.path().join("runs");
     let simulate = || {
-        simulate_program(&program, Some(&job), None, &runs, &Silent)
+        simulate_program(&program, Some(&job), NextIn(&runs), &Silent)
             .unwrap()
             .verdict
     };
@@ -257,10 +263,8 @@ fn the_plate_is_where_the_job_says() {
 fn woven_beads_are_simulated_and_not_decided() {
     let dir = tempfile::tempdir().unwrap();
     let job = job(dir.path());
-    let cell = dir.path().join("cell.toml");
-    let known = std::fs::read_to_string(&cell).unwrap();
     let weave = "[[program.weave]]\nnumber = 1\nshape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"3 mm\"\n";
-    std::fs::write(&cell, format!("{known}{weave}")).unwrap();
+    change_cell(dir.path(), |known| known + weave);
     let verdict = simulated(dir.path(), &["Weave Sine[1]"], Some(&job));
     assert_eq!(check(&verdict, "lines").status, Status::Pass);
     for id in METAL {
@@ -296,7 +300,7 @@ fn beads_that_go_up_and_down_are_simulated_and_not_decided() {
     ];
     let program = written(dir.path(), &lines, &places);
     let runs = dir.path().join("runs");
-    let outcome = simulate_program(&program, Some(&job), None, &runs, &Silent).unwrap();
+    let outcome = simulate_program(&program, Some(&job), NextIn(&runs), &Silent).unwrap();
     for id in METAL {
         let check = check(&outcome.verdict, id);
         assert_eq!(check.status, Status::CannotSay, "{id}");
@@ -325,7 +329,7 @@ fn stacks_one_after_the_other_are_simulated() {
     let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
     let program = written(dir.path(), &lines, &places);
     let runs = dir.path().join("runs");
-    let outcome = simulate_program(&program, Some(&job), None, &runs, &Silent).unwrap();
+    let outcome = simulate_program(&program, Some(&job), NextIn(&runs), &Silent).unwrap();
     let height = check(&outcome.verdict, "height");
     // against the top of another stack's layer it would be off by more
     assert!(height.value.as_ref().unwrap().value < 3.0, "{height:?}");
@@ -400,7 +404,7 @@ fn coordinated_beads_are_laid_in_the_frame_of_the_part() {
     let program = write(dir.path(), "wall.ls", text);
     let verdict = |name: &str| {
         let runs = dir.path().join(name);
-        simulate_program(&program, Some(&job), None, &runs, &Silent)
+        simulate_program(&program, Some(&job), NextIn(&runs), &Silent)
             .unwrap()
             .verdict
     };

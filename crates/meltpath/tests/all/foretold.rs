@@ -4,6 +4,7 @@ use crate::support::says;
 use std::fs;
 use std::path::Path;
 
+use meltpath::outcome::RunFolder::At;
 use meltpath::{start, waam};
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
@@ -136,7 +137,7 @@ fn run_plain(name: &str, mesh: &Mesh, [from, to]: [&str; 2], dir: &Path) -> Verd
     if !from.is_empty() {
         fs::write(&job, text.replacen(from, to, 1)).unwrap();
     }
-    waam::run(&job, Some(&dir.join(format!("{name}-run"))), dir, &Silent)
+    waam::run(&job, At(&dir.join(format!("{name}-run"))), &Silent)
         .unwrap()
         .verdict
 }
@@ -181,9 +182,7 @@ fn a_bead_outside_the_map_is_undecided_and_foretold() {
         &["cannot say: beads laid at settings outside the process map"],
     );
     let out = dir.path().join("run");
-    let verdict = waam::run(&job, Some(&out), dir.path(), &Silent)
-        .unwrap()
-        .verdict;
+    let verdict = waam::run(&job, At(&out), &Silent).unwrap().verdict;
     let range = verdict.checks.iter().find(|c| c.id == "range").unwrap();
     assert_eq!(range.status, Status::CannotSay);
     assert!(range.reason.contains("1.800 m/min travel"), "{range:?}");

@@ -5,6 +5,7 @@ use std::sync::Mutex;
 
 use crate::dialects::cell;
 use crate::support::{check, thin_wall, write};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::Wanted;
 use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Observer, Reporter, Silent, Status};
@@ -79,7 +80,7 @@ fn the_table_of_a_kuka_and_an_abb_is_levelled_and_read_back() {
     std::fs::create_dir(&home).unwrap();
     let job = job(&home);
     let stages = Stages::default();
-    let outcome = run(&job, None, &home.join("runs"), &stages).unwrap();
+    let outcome = run(&job, NextIn(&home.join("runs")), &stages).unwrap();
     let verdict = &outcome.verdict;
     for id in ["program", "tilt"] {
         let check = check(verdict, id);
@@ -109,8 +110,7 @@ fn the_table_of_a_kuka_and_an_abb_is_levelled_and_read_back() {
         let again = simulate_program(
             &programs.join(name),
             Some(&job),
-            None,
-            &home.join(name),
+            NextIn(&home.join(name)),
             &Silent,
         )
         .unwrap();

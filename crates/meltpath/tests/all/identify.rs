@@ -1,7 +1,8 @@
 //! From a bench's file to a motor.
-use crate::support::says;
+use crate::support::{says, write};
 use std::fmt::Write;
 use std::fs;
+use std::path::Path;
 
 use meltpath::identify::{IdentifyError, add_friction, identify};
 use meltpath_base::Reporter;
@@ -102,18 +103,19 @@ fn a_csv_of_counts_gives_the_motor_that_made_it() {
     ));
 }
 
+/// Whether a record gives a motor by a mapping, or why not.
+fn tried(folder: &Path, record: &str, mapping: &str) -> Result<(), String> {
+    let record = write(folder, "bench.csv", record);
+    let mapping = write(folder, "map.toml", mapping);
+    let found = identify(&record, &mapping, &Reporter::new());
+    found.map(drop).map_err(|e| e.to_string())
+}
+
 #[test]
 fn bad_records_are_named_with_what_to_change() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
     let text = bench(&motor(), 3_000, f64::INFINITY);
-    let refused = |record: &str, mapping: &str| {
-        fs::write(at("bench.csv"), record).unwrap();
-        fs::write(at("map.toml"), mapping).unwrap();
-        identify(&at("bench.csv"), &at("map.toml"), &Reporter::new())
-            .unwrap_err()
-            .to_string()
-    };
+    let refused = |record: &str, mapping: &str| tried(folder.path(), record, mapping).unwrap_err();
     let without = |gap: std::ops::Range<usize>| {
         let kept = text.lines().enumerate().filter(|(n, _)| !gap.contains(n));
         let kept: Vec<&str> = kept.map(|(_, line)| line).collect();
@@ -239,14 +241,8 @@ fn a_probe_at_the_end_of_its_range_is_noted() {
 #[test]
 fn remedies_of_a_bad_record_are_true() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
     let text = bench(&motor(), 90_000, f64::INFINITY);
-    let tried = |record: &str, mapping: &str| {
-        fs::write(at("bench.csv"), record).unwrap();
-        fs::write(at("map.toml"), mapping).unwrap();
-        let found = identify(&at("bench.csv"), &at("map.toml"), &Reporter::new());
-        found.map(drop).map_err(|e| e.to_string())
-    };
+    let tried = |record: &str, mapping: &str| tried(folder.path(), record, mapping);
     let kept = |keep: &dyn Fn(usize) -> bool| {
         let lines = text.lines().enumerate().filter(|(n, _)| keep(*n));
         lines.map(|(_, line)| line).collect::<Vec<_>>().join("\n")

@@ -11,6 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::SquarePlate;
@@ -28,14 +29,14 @@ const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\n
 fn run(folder: &Path, name: &str, text: &str) -> PathBuf {
     let job = write(folder, format!("{name}.toml"), text);
     let out = folder.join(name);
-    chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap();
+    chain::run(&job, At(&out), &Silent).unwrap();
     out
 }
 
 fn refused(folder: &Path, text: &str) -> String {
     let job = write(folder, "wrong.toml", text);
     let out = folder.join("wrong");
-    let error = chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
+    let error = chain::run(&job, At(&out), &Silent).unwrap_err();
     assert!(!out.exists(), "nothing is left behind");
     error.to_string()
 }

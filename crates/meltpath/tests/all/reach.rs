@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::support::{check, thin_wall};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::robots;
@@ -28,7 +29,7 @@ pub(crate) fn measured(folder: &Path) -> &'static str {
 
 fn verdict(folder: &Path, machine: &str) -> (Verdict, PathBuf) {
     let job = job(folder, machine);
-    let outcome = run(&job, None, &folder.join("runs"), &Silent).unwrap();
+    let outcome = run(&job, NextIn(&folder.join("runs")), &Silent).unwrap();
     (outcome.verdict, outcome.folder)
 }
 
@@ -130,7 +131,7 @@ fn a_program_with_a_wrong_configuration_is_told() {
     let judged = |name: &str, text: &str| {
         let path = path.with_file_name(name);
         std::fs::write(&path, text).unwrap();
-        simulate_program(&path, Some(&job), None, &dir.path().join("runs"), &Silent)
+        simulate_program(&path, Some(&job), NextIn(&dir.path().join("runs")), &Silent)
             .unwrap()
             .verdict
     };

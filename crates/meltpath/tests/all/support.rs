@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath::chain;
 use meltpath::ebm::plan::{Plan, planned};
 use meltpath::job::{Job, load};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath_base::{Check, Silent, Verdict};
 
 /// The check `id`.
@@ -39,11 +40,19 @@ pub(crate) fn write(folder: &Path, name: impl AsRef<Path>, content: impl AsRef<[
     file
 }
 
+/// All of these lie in a folder.
+#[track_caller]
+pub(crate) fn has_files(folder: &Path, names: &[&str]) {
+    for name in names {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+}
+
 /// What a run of a job is refused with.
 #[track_caller]
 pub(crate) fn refusal(job: &Path) -> String {
     let folder = job.parent().unwrap();
-    let error = chain::run(job, None, folder, &Silent).unwrap_err();
+    let error = chain::run(job, NextIn(folder), &Silent).unwrap_err();
     error.to_string()
 }
 

@@ -1,10 +1,11 @@
 //! Jobs that build a wall along a surface: the torus of Campocasso 2017 from its STEP file, sheets of triangles, and what is refused.
 
-use crate::support::{says, write};
+use crate::support::{self, says, write};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
 use meltpath::cancel::Stop;
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{WaamError, plan_to_file, read_toolpath, run};
 use meltpath_base::{Check, Fact, Reporter, Silent, Status, Verdict};
 use meltpath_geometry::Mesh;
@@ -45,7 +46,7 @@ struct Ran {
 
 impl Ran {
     fn of(job: &Path, dir: TempDir) -> Self {
-        let outcome = run(job, None, &job.with_file_name("runs"), &Silent).unwrap();
+        let outcome = run(job, NextIn(&job.with_file_name("runs")), &Silent).unwrap();
         let csv = std::fs::read_to_string(outcome.folder.join("series/surface.csv")).unwrap();
         let row = |line: &str| -> Vec<f64> {
             let value = |v: &str| v.parse().unwrap_or(f64::NAN);
@@ -62,8 +63,16 @@ impl Ran {
     }
 
     fn check(&self, id: &str) -> &Check {
-        let found = self.verdict.checks.iter().find(|c| c.id == id);
-        found.unwrap_or_else(|| panic!("no check {id}: {:?}", self.verdict.checks))
+        support::check(&self.verdict, id)
+    }
+
+    #[track_caller]
+    fn cannot_say(&self, ids: &[&str], why: &str) {
+        for id in ids {
+            let check = self.check(id);
+            assert_eq!(check.status, Status::CannotSay, "{check:?}");
+            assert!(check.reason.contains(why), "{check:?}");
+        }
     }
 
     fn fact(&self, id: &str) -> &Fact {
@@ -264,7 +273,7 @@ fn a_wall_grows_from_a_cylinder() {
 
 fn refused(folder: &Path, part: &str, height: &str, surface: &str) -> String {
     let job = job(folder, part, height, surface);
-    let error = run(&job, None, &folder.join("runs"), &Silent).unwrap_err();
+    let error = run(&job, NextIn(&folder.join("runs")), &Silent).unwrap_err();
     assert!(!folder.join("runs/001").exists());
     // the plan alone refuses it likewise
     let other = plan_to_file(&job, &folder.join("a.melt"), &Silent).unwrap_err();
@@ -467,11 +476,7 @@ fn metal_beside_the_torch_cannot_be_said() {
     sheet(dir.path(), &leaning(25_f64.to_radians(), 16.0));
     let how = format!("torch = \"fixed\"\n{BEAD}");
     let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", &how), dir);
-    for id in ["height", "ctwd-max", "loose"] {
-        let check = ran.check(id);
-        assert_eq!(check.status, Status::CannotSay, "{check:?}");
-        assert!(check.reason.contains("25.0 deg aside"), "{check:?}");
-    }
+    ran.cannot_say(&["height", "ctwd-max", "loose"], "25.0 deg aside");
 }
 
 #[test]
@@ -522,11 +527,7 @@ fn metal_of_a_controller_that_nobody_knows_cannot_be_said() {
     std::fs::write(dir.path().join("cell.toml"), cell).unwrap();
     let how = "torch = \"tangent\"\n[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[machine]\ncell = \"cell.toml\"\n[output]\nprograms = []";
     let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", how), dir);
-    for id in ["height", "ctwd-min", "loose"] {
-        let check = ran.check(id);
-        assert_eq!(check.status, Status::CannotSay, "{check:?}");
-        assert!(check.reason.contains("no corner model"), "{check:?}");
-    }
+    ran.cannot_say(&["height", "ctwd-min", "loose"], "no corner model");
 }
 
 /// A dome is laid up to where a pass has no room for its pool, and the verdict fails by the opening.

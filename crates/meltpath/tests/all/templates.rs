@@ -4,6 +4,7 @@ use crate::support::says;
 use std::fs;
 use std::path::Path;
 
+use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::waam::program::wanted::Wanted;
 use meltpath::{chain, start, waam};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
@@ -17,7 +18,7 @@ use super::support::check;
 fn verdict(shape: &str, dir: &Path) -> Verdict {
     let job = start::waam(&dir.join(shape), shape, None).unwrap();
     let out = dir.join(format!("{shape}-run"));
-    waam::run(&job, Some(&out), dir, &Silent).unwrap().verdict
+    waam::run(&job, At(&out), &Silent).unwrap().verdict
 }
 
 /// Right angles and sharp tips, where metal has to reach into the corners.
@@ -46,7 +47,7 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     let bar = shapes::extrude(&[shapes::plate(70.0, 12.0)], 14.0);
     write_stl(&bar, "bar", &mut file).unwrap();
     let run = |out: &str| {
-        waam::run(&job, Some(&dir.path().join(out)), dir.path(), &Silent)
+        waam::run(&job, At(&dir.path().join(out)), &Silent)
             .unwrap()
             .verdict
     };
@@ -71,7 +72,7 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     }
     // what the plan chose, `simulate` judges its program with
     let (program, none_there) = (dir.path().join("open/program"), dir.path().join("none"));
-    let again = waam::simulate_program(&program, Some(&job), None, &none_there, &Silent).unwrap();
+    let again = waam::simulate_program(&program, Some(&job), NextIn(&none_there), &Silent).unwrap();
     let told = again.verdict.facts.iter().find(|f| f.id == "chosen");
     assert!(told.unwrap().reason.contains("fill.spacing"), "{told:?}");
     let text = fs::read_to_string(&job).unwrap();
@@ -109,13 +110,11 @@ fn a_clamp_does_not_lean_and_is_judged_as_it_was_planned() {
     for (text, name) in [(said(&open), "said"), (open, "open")] {
         fs::write(&job, text).unwrap();
         let out = dir.path().join(name);
-        let run = waam::run(&job, Some(&out), dir.path(), &Silent)
-            .unwrap()
-            .verdict;
+        let run = waam::run(&job, At(&out), &Silent).unwrap().verdict;
         assert!(value(&run, "overhang") < 1.0, "{name}");
         assert_eq!(check(&run, "stock").status, Status::Pass);
         let program = out.join("program");
-        let again = waam::simulate_program(&program, Some(&job), None, &none, &Silent).unwrap();
+        let again = waam::simulate_program(&program, Some(&job), NextIn(&none), &Silent).unwrap();
         for id in [
             "lack",
             "excess",
@@ -190,9 +189,7 @@ fn a_plan_takes_what_doctor_says_mends_it() {
         let job = start::waam(&dir.path().join(shape), shape, None).unwrap();
         let open = fs::read_to_string(&job).unwrap();
         let out = dir.path().join(format!("{shape}-open"));
-        let verdict = waam::run(&job, Some(&out), dir.path(), &Silent)
-            .unwrap()
-            .verdict;
+        let verdict = waam::run(&job, At(&out), &Silent).unwrap().verdict;
         let none: [&str; 0] = [];
         assert_eq!(hindered(&verdict), none, "{shape}");
         let chosen = verdict.facts.iter().find(|f| f.id == "chosen").unwrap();

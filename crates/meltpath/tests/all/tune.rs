@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::{chain, tune};
 use meltpath_base::{Silent, Status};
 use meltpath_scan_head::axis::control::Controller;
@@ -30,8 +31,7 @@ fn tuned(folder: &Path, text: &str) -> Result<meltpath::outcome::Outcome, String
     fs::write(folder.join("tune.toml"), text).unwrap();
     tune::tune(
         &folder.join("tune.toml"),
-        None,
-        &folder.join("runs"),
+        NextIn(&folder.join("runs")),
         &Silent,
     )
     .map_err(|e| e.to_string())
@@ -84,7 +84,7 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     };
     let run = |controller: &str| {
         let path = write(place.path(), "job.toml", job(controller));
-        chain::run(&path, None, &place.path().join("jobs"), &Silent).map_err(|e| e.to_string())
+        chain::run(&path, NextIn(&place.path().join("jobs")), &Silent).map_err(|e| e.to_string())
     };
     for controller in ["cascade", "h-infinity"] {
         let previewed = run(&format!("{controller}\"\npath = \"preview")).unwrap();

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{check, write};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath::{chain, tune};
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
@@ -14,7 +15,7 @@ use super::names::in_style;
 
 fn run(folder: &Path, text: &str) -> Verdict {
     let job = write(folder, "job.toml", text);
-    let outcome = chain::run(&job, None, &folder.join("runs"), &Silent).unwrap();
+    let outcome = chain::run(&job, NextIn(&folder.join("runs")), &Silent).unwrap();
     assert!(in_style(&outcome.folder) > 3);
     outcome.verdict
 }
@@ -337,7 +338,7 @@ fn remedies_of_a_tuning_are_true() {
              [compare]\ndraws = 0\n{more}"
         );
         fs::write(&file, text).unwrap();
-        let outcome = tune::tune(&file, None, &folder.path().join("runs"), &Silent).unwrap();
+        let outcome = tune::tune(&file, NextIn(&folder.path().join("runs")), &Silent).unwrap();
         in_style(&outcome.folder);
         check(&outcome.verdict, "y-mode").clone()
     };

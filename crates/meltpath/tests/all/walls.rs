@@ -7,7 +7,7 @@ use meltpath::waam::deposit::simulate::{Build, Simulation, simulate};
 use meltpath::waam::settings::{Settings, resolve};
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Pose;
-use meltpath_geometry::math::{DQuat, DVec2, DVec3};
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_robot::command::{Command, Smoothing, Source};
 use meltpath_toolpath::{Weave, WeaveShape};
@@ -70,10 +70,7 @@ fn woven_wall(
     );
     let woven: Vec<u32> = (0..commands.len()).map(|c| u32::from(c % 4 == 2)).collect();
     let build = Build {
-        start: Pose {
-            position: commands[0].target,
-            orientation: DQuat::IDENTITY,
-        },
+        start: Pose::at(commands[0].target),
         commands: &commands,
         layer_of_command,
         bead_of_command: &[],

@@ -1,7 +1,7 @@
 //! Questions to outlines: is a point, is a straight way inside, where does a ray leave.
 
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::{Region, Ring};
+use meltpath_geometry::{Region, Ring, segments};
 
 /// The edges of a ring.
 pub(crate) fn edges(ring: &Ring) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
@@ -54,12 +54,7 @@ pub(crate) fn ray(region: &Region, p: DVec2, u: DVec2) -> Option<f64> {
 /// The nearest point of the segment `a`–`b` to `p`, as the share of the way.
 pub(crate) fn nearest_share(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let e = b - a;
-    let length = e.length_squared();
-    if length > 0.0 {
-        ((p - a).dot(e) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    }
+    segments::nearest_share((p - a).dot(e), e.length_squared())
 }
 
 /// Length of a polyline.

@@ -7,9 +7,11 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::slice;
 
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
+use meltpath_geometry::overhang::distance;
 use meltpath_geometry::raster::{Grid, Mask, rasterise};
 
 use crate::powder::modulation::Modulation;
@@ -134,7 +136,7 @@ impl EnergyField {
                     fixed[n] = true;
                 }
                 if border {
-                    let far = distance(&self.region, centre(&self.grid, i, j));
+                    let far = distance(slice::from_ref(&self.region), centre(&self.grid, i, j));
                     found[n] = if inside { far * slow[n] } else { -far * steep };
                     fixed[n] = true;
                     if inside {
@@ -210,23 +212,6 @@ fn beside(i: usize, j: usize, nx: usize, ny: usize) -> impl Iterator<Item = (usi
             let (x, y) = (i.checked_add_signed(di)?, j.checked_add_signed(dj)?);
             (x < nx && y < ny).then_some((x, y))
         })
-}
-
-/// Distance from a point to the region's boundary, mm.
-fn distance(region: &Region, p: DVec2) -> f64 {
-    let mut nearest = f64::INFINITY;
-    for ring in region.rings() {
-        for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-            let along = *b - *a;
-            let t = if along.length_squared() > 0.0 {
-                ((p - *a).dot(along) / along.length_squared()).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            nearest = nearest.min(p.distance(*a + t * along));
-        }
-    }
-    nearest
 }
 
 /// Distance to the nearer end of the run of inside cells along one axis, mm, from the cells' borders.
@@ -452,7 +437,7 @@ mod tests {
             for ring in field.contours(6.0).iter().flatten() {
                 prop_assert_eq!(ring.first(), ring.last());
                 for p in ring {
-                    let near = distance(&region, *p);
+                    let near = distance(slice::from_ref(&region), *p);
                     let inside = rasterise(std::slice::from_ref(&region), &Grid { origin: *p, cell: 1.0, nx: 1, ny: 1 }).count();
                     prop_assert!(inside == 1 || near < 0.05);
                 }

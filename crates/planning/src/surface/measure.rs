@@ -95,13 +95,6 @@ pub struct Evenness {
     pub beyond: f64,
 }
 
-impl Evenness {
-    /// Whether every place lies within the tolerance.
-    pub fn is_within(&self) -> bool {
-        self.beyond == 0.0
-    }
-}
-
 /// How evenly passes lie: every distance against `spacing` ± `tolerance`, mm. `None` where no pass has one before it.
 pub fn evenness(passes: &[SurfacePass], spacing: f64, tolerance: f64) -> Option<Evenness> {
     let spacings = distribution(passes, |pass, i| pass.points[i].spacing())?;

@@ -34,20 +34,6 @@ pub struct Torch {
     pub even: f64,
 }
 
-impl Torch {
-    /// A torch by this rule in a build that begins straight up, neither pushing nor dragging.
-    pub fn upwards(rule: TorchRule) -> Self {
-        Torch {
-            rule,
-            begin: DVec3::Z,
-            up: DVec3::Z,
-            greatest_tilt: std::f64::consts::PI,
-            lead: 0.0,
-            even: 0.0,
-        }
-    }
-}
-
 /// Unit axes of the torch at the points of a pass, from the part towards the torch. The lead comes first, so that the greatest tilt
 /// holds for what the torch really does.
 pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {

@@ -395,11 +395,8 @@ fn the_same_plan_on_any_number_of_threads() {
         })
         .collect();
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
             plan_layers(
                 &layers,
                 &settings(HYBRID),

@@ -7,13 +7,25 @@ use meltpath_geometry::brep::{Frame, Surface, TorusSheet};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::shapes;
 use meltpath_planning::surface::{
-    Parameter, Patch, SurfacePass, SurfaceSettings, SurfaceStrategy, plan_patch,
+    Parameter, Patch, SurfacePass, SurfaceSettings, SurfaceStrategy, Torch, TorchRule, plan_patch,
 };
 
 mod flange;
 mod meshes;
 mod torch;
 mod torus;
+
+/// A torch by this rule in a build that begins straight up, neither pushing nor dragging.
+fn upwards(rule: TorchRule) -> Torch {
+    Torch {
+        rule,
+        begin: DVec3::Z,
+        up: DVec3::Z,
+        greatest_tilt: std::f64::consts::PI,
+        lead: 0.0,
+        even: 0.0,
+    }
+}
 
 /// Distance between passes in the figures of the source, mm.
 const STEP: f64 = 5.0;

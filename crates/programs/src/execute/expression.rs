@@ -138,24 +138,24 @@ impl<'a> Reader<'a> {
         if self.depth > DEEPEST {
             return None;
         }
-        let mut value = self.both()?;
-        while self.word("OR") {
-            value = match (value, self.both()?) {
-                (Value::Truth(true), _) | (_, Value::Truth(true)) => Value::Truth(true),
-                (Value::Truth(false), Value::Truth(false)) => Value::Truth(false),
-                _ => Value::Unknown,
-            };
-        }
+        let value = self.joined(("OR", Value::Truth(true)), |s| {
+            s.joined(("AND", Value::Truth(false)), Self::compared)
+        })?;
         self.depth -= 1;
         Some(value)
     }
 
-    fn both(&mut self) -> Option<Value> {
-        let mut value = self.compared()?;
-        while self.word("AND") {
-            value = match (value, self.compared()?) {
-                (Value::Truth(false), _) | (_, Value::Truth(false)) => Value::Truth(false),
-                (Value::Truth(true), Value::Truth(true)) => Value::Truth(true),
+    /// Values joined by a word: the one that decides alone, else the same of both, else unknown.
+    fn joined(
+        &mut self,
+        (word, decides): (&str, Value),
+        next: impl Fn(&mut Self) -> Option<Value>,
+    ) -> Option<Value> {
+        let mut value = next(self)?;
+        while self.word(word) {
+            value = match (value, next(self)?) {
+                (a, b) if a == decides || b == decides => decides,
+                (Value::Truth(a), Value::Truth(_)) => Value::Truth(a),
                 _ => Value::Unknown,
             };
         }

@@ -214,16 +214,15 @@ fn motion(text: &str) -> Option<MotionInstruction> {
     })
 }
 
+/// A thing with its number, and what people call it.
+fn with_number(what: &str, number: u32, comment: Option<&str>) -> String {
+    let comment = comment.map(|c| format!(":{c}")).unwrap_or_default();
+    format!("{what}[{number}{comment}]")
+}
+
 fn position_text(position: &PositionRef) -> String {
     match position {
-        PositionRef::Point {
-            index,
-            comment: None,
-        } => format!("P[{index}]"),
-        PositionRef::Point {
-            index,
-            comment: Some(c),
-        } => format!("P[{index}:{c}]"),
+        PositionRef::Point { index, comment } => with_number("P", *index, comment.as_deref()),
         PositionRef::Unresolved(text) => text.clone(),
     }
 }
@@ -298,14 +297,7 @@ pub(super) fn write(instruction: &Instruction) -> String {
             CommentMark::SwitchedOff => format!("//{text}"),
             CommentMark::Language => format!("--eg:{text}"),
         },
-        Instruction::Label {
-            number,
-            comment: None,
-        } => format!("LBL[{number}]"),
-        Instruction::Label {
-            number,
-            comment: Some(c),
-        } => format!("LBL[{number}:{c}]"),
+        Instruction::Label { number, comment } => with_number("LBL", *number, comment.as_deref()),
         Instruction::Jump(n) => format!("JMP LBL[{n}]"),
         Instruction::End => "END".to_owned(),
         Instruction::Blank => return "  ".to_owned(),

@@ -85,28 +85,22 @@ fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
     let value = data::value(text);
     let value = value.as_ref();
     let read = match kind.to_ascii_lowercase().as_str() {
-        "robtarget" => value
-            .and_then(data::target)
-            .map(|t| put(&mut known.targets, name, t)),
-        "jointtarget" => value
-            .and_then(data::joints)
-            .map(|t| put(&mut known.targets, name, t)),
-        "speeddata" => value
-            .and_then(data::speed)
-            .map(|s| put(&mut known.speeds, name, s)),
-        "zonedata" => value
-            .and_then(data::zone)
-            .map(|z| put(&mut known.zones, name, z)),
-        "welddata" => value
-            .and_then(|v| data::weld(v, values))
-            .map(|w| put(&mut known.welds, name, w)),
+        "robtarget" => put(&mut known.targets, name, value.and_then(data::target)),
+        "jointtarget" => put(&mut known.targets, name, value.and_then(data::joints)),
+        "speeddata" => put(&mut known.speeds, name, value.and_then(data::speed)),
+        "zonedata" => put(&mut known.zones, name, value.and_then(data::zone)),
+        "welddata" => {
+            let weld = value.and_then(|v| data::weld(v, values));
+            put(&mut known.welds, name, weld)
+        }
         _ => None,
     };
     Some(read.is_none())
 }
 
-fn put<T>(map: &mut BTreeMap<String, T>, name: String, value: T) {
-    map.insert(name, value);
+fn put<T>(map: &mut BTreeMap<String, T>, name: String, value: Option<T>) -> Option<()> {
+    map.insert(name, value?);
+    Some(())
 }
 
 struct Routine {

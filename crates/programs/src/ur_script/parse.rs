@@ -104,13 +104,9 @@ impl Reader<'_> {
     }
 
     fn statement(&mut self, line: &str) {
-        if line.is_empty() {
+        let Some(line) = self.out.said(line, "#") else {
             return;
-        }
-        if let Some(text) = line.strip_prefix('#') {
-            return self.out.remark(text);
-        }
-        let line = line.split('#').next().unwrap_or_default().trim();
+        };
         if self.acts(line).is_some() {
             return;
         }

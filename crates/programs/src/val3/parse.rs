@@ -106,13 +106,12 @@ impl Reader<'_> {
     }
 
     fn statement(&mut self, line: &str) {
-        if line.is_empty() || line.eq_ignore_ascii_case("begin") {
+        if line.eq_ignore_ascii_case("begin") {
             return;
         }
-        if let Some(text) = line.strip_prefix("//") {
-            return self.out.remark(text);
-        }
-        let line = line.split("//").next().unwrap_or_default().trim();
+        let Some(line) = self.out.said(line, "//") else {
+            return;
+        };
         if self.acts(line).is_some() {
             return;
         }

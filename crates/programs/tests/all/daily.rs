@@ -278,11 +278,13 @@ fn the_cell_is_served_between_beads() {
     let wanted = [("CLEAN", 2), ("CUT", 3), ("CLEAN", 4)];
     assert_eq!(calls, wanted.map(|(name, beads)| (name.to_owned(), beads)));
     cell.services.value = vec![table::<Service>("call = \"CLEAN\"\n")];
-    let error = build(&plan(), &cell, &asked(Dialect::FanucLs), &Reporter::new()).unwrap_err();
-    assert!(
-        error.to_string().contains("write beads or arc_time"),
-        "{error}"
-    );
+    assert_refused(&cell, Dialect::FanucLs, "write beads or arc_time");
+}
+
+/// A plan that has no words in a cell, and what to write there.
+fn assert_refused(cell: &CellProgramming, dialect: Dialect, words: &str) {
+    let error = build(&plan(), cell, &asked(dialect), &Reporter::new()).unwrap_err();
+    assert!(error.to_string().contains(words), "{error}");
 }
 
 #[test]
@@ -293,15 +295,10 @@ fn what_the_cell_does_not_say_of_cooling_is_asked_for() {
         ("input = 1\n", Dialect::Rapid, "program.cooled.name"),
     ] {
         cell.cooled.value = Some(table::<Cooled>(text));
-        let error = build(&plan(), &cell, &asked(dialect), &Reporter::new()).unwrap_err();
-        assert!(error.to_string().contains(key), "{error}");
+        assert_refused(&cell, dialect, key);
     }
     cell.cooled.value = None;
-    let error = build(&plan(), &cell, &asked(Dialect::FanucLs), &Reporter::new()).unwrap_err();
-    assert!(
-        error.to_string().contains("write program.cooled"),
-        "{error}"
-    );
+    assert_refused(&cell, Dialect::FanucLs, "write program.cooled");
 }
 
 #[test]

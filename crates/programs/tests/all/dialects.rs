@@ -137,28 +137,16 @@ fn golden(dialect: Dialect) -> String {
 }
 
 #[test]
-fn golden_krl() {
-    insta::assert_snapshot!(golden(Dialect::Krl));
-}
-
-#[test]
-fn golden_rapid() {
-    insta::assert_snapshot!(golden(Dialect::Rapid));
-}
-
-#[test]
-fn golden_ur_script() {
-    insta::assert_snapshot!(golden(Dialect::UrScript));
-}
-
-#[test]
-fn golden_inform() {
-    insta::assert_snapshot!(golden(Dialect::Inform));
-}
-
-#[test]
-fn golden_val3() {
-    insta::assert_snapshot!(golden(Dialect::Val3));
+fn programs_are_those_of_the_files() {
+    for (name, dialect) in [
+        ("golden_krl", Dialect::Krl),
+        ("golden_rapid", Dialect::Rapid),
+        ("golden_ur_script", Dialect::UrScript),
+        ("golden_inform", Dialect::Inform),
+        ("golden_val3", Dialect::Val3),
+    ] {
+        insta::assert_snapshot!(name, golden(dialect));
+    }
 }
 
 pub(crate) fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {

@@ -56,8 +56,8 @@ fn names(programs: &[Program]) -> Vec<&str> {
     programs.iter().map(|p| p.name.as_str()).collect()
 }
 
-fn place(gap: &Gap) -> (u32, &str) {
-    (gap.line, gap.text.as_str())
+fn places(gaps: &[Gap]) -> Vec<(u32, &str)> {
+    gaps.iter().map(|g| (g.line, g.text.as_str())).collect()
 }
 
 #[test]
@@ -144,12 +144,10 @@ fn an_abb_module_of_another_is_read() {
         (moves[1].wire_feed, moves[1].control.smoothing),
         (Some(120.0), Some(0.25))
     );
-    let gaps: Vec<_> = reading.gaps.iter().map(place).collect();
-    let line = |text: &str| line_of(MODULE, text);
     assert_eq!(
-        gaps,
+        places(&reading.gaps),
         [(
-            line("SearchL"),
+            line_of(MODULE, "SearchL"),
             "SearchL \\Stop,diTouch,pFound,p10,v20,tGun\\WObj:=wTable"
         )]
     );
@@ -171,12 +169,10 @@ fn a_script_of_another_is_read() {
             (false, Some(100.0), None, 200.0),
         ]
     );
-    let gaps: Vec<_> = reading.gaps.iter().map(place).collect();
-    let line = |text: &str| line_of(SCRIPT, text);
     assert_eq!(
-        gaps,
+        places(&reading.gaps),
         [(
-            line("movep("),
+            line_of(SCRIPT, "movep("),
             "movep(pose_trans(plane,p[0.2,0.0,0.0,0,3.14159265,0]),a=1.2,v=0.01,r=0.001)"
         )]
     );

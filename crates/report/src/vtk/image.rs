@@ -20,7 +20,13 @@ pub struct Field<'a> {
     pub values: Values<'a>,
 }
 
-impl Field<'_> {
+impl<'a> Field<'a> {
+    /// A field of numbers.
+    pub fn floats(name: &'a str, unit: &'a str, values: &'a [f32]) -> Self {
+        let values = Values::Float32(values);
+        Field { name, unit, values }
+    }
+
     fn len(&self) -> usize {
         match self.values {
             Values::Float32(v) => v.len(),

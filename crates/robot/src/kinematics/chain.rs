@@ -55,10 +55,7 @@ impl Joint {
                 position: DVec3::ZERO,
                 orientation: DQuat::from_axis_angle(self.axis, value),
             },
-            JointKind::Prismatic => Pose {
-                position: self.axis * value,
-                orientation: DQuat::IDENTITY,
-            },
+            JointKind::Prismatic => Pose::at(self.axis * value),
         };
         self.parent_from_joint.then(motion)
     }

@@ -5,17 +5,8 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
 
 use super::chain::{Chain, Joint, JointKind, Limits};
-use super::planar::{self, Elbow, OutOfReach, wrapped};
-use super::solution::{Candidate, Candidates, Singularities, Unreachable};
-
-/// Distances from the first axis' cylinder that rounding may make, mm.
-const ROUNDING: f64 = 5e-7;
-
-/// Below this distance forward, mm, front and back are one: a root that takes half of the digits.
-const ON_AXIS: f64 = 1e-4;
-
-/// Sines below this count as zero: two axes of the wrist in line.
-const IN_LINE: f64 = 1e-6;
+use super::planar::{self, Elbow, Shoulder, wrapped};
+use super::solution::{Candidate, Candidates, IN_LINE, Singularities, Unreachable};
 
 /// What is off in the directions of a pose, by rounding.
 const DIGITS: f64 = 1e-14;
@@ -68,10 +59,7 @@ impl OffsetWrist {
                 });
         Chain {
             joints: joints.collect(),
-            last_from_end: Pose {
-                position: DVec3::new(0.0, 0.0, self.d6),
-                orientation: DQuat::IDENTITY,
-            },
+            last_from_end: Pose::at(DVec3::new(0.0, 0.0, self.d6)),
         }
     }
 
@@ -86,27 +74,19 @@ impl OffsetWrist {
         position: DVec3,
     ) -> Result<Candidates, Unreachable> {
         let centre = position - self.d6 * rotation.z_axis;
-        let out = centre.x.hypot(centre.y);
-        if out < self.d4.abs() - ROUNDING {
-            return Err(Unreachable::BesideAxis {
-                by: self.d4.abs() - out,
-            });
-        }
-        let forward = ((out - self.d4) * (out + self.d4)).max(0.0).sqrt();
-        let towards = centre.y.atan2(centre.x);
-        let shoulder = forward < ON_AXIS;
+        let shoulder = Shoulder::under(centre, self.d4)?;
         let mut found = Candidates::none();
         let mut why = None;
         // in the first joint's frame the centre lies at (±forward, d4)
-        for radial in [forward, -forward] {
-            let q1 = towards - (-self.d4).atan2(radial);
+        for radial in [shoulder.forward, -shoulder.forward] {
+            let q1 = shoulder.towards - (-self.d4).atan2(radial);
             let (s1, k1) = q1.sin_cos();
             let (x1, z1) = (DVec3::new(k1, s1, 0.0), DVec3::new(s1, -k1, 0.0));
             let (towards_x, towards_y) = (rotation.x_axis.dot(z1), rotation.y_axis.dot(z1));
             let sine = towards_x.hypot(towards_y);
             let wrist = sine < IN_LINE;
             let singular = Singularities {
-                shoulder,
+                shoulder: shoulder.singular,
                 wrist,
                 ..Singularities::default()
             };
@@ -134,15 +114,11 @@ impl OffsetWrist {
                             found.push(Candidate { angles, singular });
                         }
                     }
-                    Err(OutOfReach::Far(by)) => why = why.or(Some(Unreachable::TooFar { by })),
-                    Err(OutOfReach::Near(by)) => why = why.or(Some(Unreachable::TooNear { by })),
+                    Err(missed) => why = why.or(Some(missed)),
                 }
             }
         }
-        match why {
-            Some(why) if found.as_slice().is_empty() => Err(why),
-            _ => Ok(found),
-        }
+        found.unless(why)
     }
 
     /// The two ways of the elbow for a shoulder and a wrist.
@@ -152,7 +128,7 @@ impl OffsetWrist {
         outer: &Outer,
         centre: DVec3,
         x1: DVec3,
-    ) -> Result<(Elbow, [[f64; 6]; 2]), OutOfReach> {
+    ) -> Result<(Elbow, [[f64; 6]; 2]), Unreachable> {
         let at = centre - self.d5 * outer.fifth_axis;
         let point = [-at.dot(x1), self.d1 - at.z];
         let elbow = planar::reach([self.a2, self.a3], point)?;

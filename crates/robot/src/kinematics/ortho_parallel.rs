@@ -6,17 +6,8 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
 
 use super::chain::{Chain, Joint, JointKind, Limits};
-use super::planar::{self, OutOfReach};
-use super::solution::{Candidate, Candidates, Singularities, Unreachable};
-
-/// Distances from the first axis' cylinder that rounding may make, mm.
-const ROUNDING: f64 = 5e-7;
-
-/// Below this distance forward, mm, front and back are one: a root that takes half of the digits.
-const ON_AXIS: f64 = 1e-4;
-
-/// Sines below this count as zero: two axes of the wrist in line.
-const IN_LINE: f64 = 1e-6;
+use super::planar::{self, Shoulder};
+use super::solution::{Candidate, Candidates, IN_LINE, Singularities, Unreachable};
 
 /// The seven lengths, and how the robot's own angles relate to the arm stretched upright.
 ///
@@ -97,10 +88,7 @@ impl OrthoParallel {
         });
         Chain {
             joints: joints.collect(),
-            last_from_end: Pose {
-                position: DVec3::new(0.0, 0.0, self.c4),
-                orientation: DQuat::IDENTITY,
-            },
+            last_from_end: Pose::at(DVec3::new(0.0, 0.0, self.c4)),
         }
     }
 
@@ -115,16 +103,11 @@ impl OrthoParallel {
         position: DVec3,
     ) -> Result<Candidates, Unreachable> {
         let centre = position - self.c4 * rotation.z_axis;
-        let out = centre.x.hypot(centre.y);
-        if out < self.b.abs() - ROUNDING {
-            return Err(Unreachable::BesideAxis {
-                by: self.b.abs() - out,
-            });
-        }
-        let forward = ((out - self.b) * (out + self.b)).max(0.0).sqrt();
-        let towards = centre.y.atan2(centre.x);
+        let shoulder = Shoulder::under(centre, self.b)?;
+        let Shoulder {
+            forward, towards, ..
+        } = shoulder;
         let aside = self.b.atan2(forward);
-        let shoulder = forward < ON_AXIS;
         let sides = [
             (towards - aside, forward - self.a1),
             (towards + aside + std::f64::consts::PI, -forward - self.a1),
@@ -137,17 +120,13 @@ impl OrthoParallel {
             // angles of the plane are measured from z towards x, as the joints turn
             let elbow = match planar::reach(lengths, [centre.z - self.c1, x]) {
                 Ok(elbow) => elbow,
-                Err(OutOfReach::Far(by)) => {
-                    why = why.or(Some(Unreachable::TooFar { by }));
-                    continue;
-                }
-                Err(OutOfReach::Near(by)) => {
-                    why = why.or(Some(Unreachable::TooNear { by }));
+                Err(missed) => {
+                    why = why.or(Some(missed));
                     continue;
                 }
             };
             let singular = Singularities {
-                shoulder,
+                shoulder: shoulder.singular,
                 elbow: elbow.straight,
                 folded: elbow.folded,
                 wrist: false,
@@ -157,10 +136,7 @@ impl OrthoParallel {
                 self.wrists([q1, q2, q3], rotation, singular, &mut found);
             }
         }
-        match why {
-            Some(why) if found.as_slice().is_empty() => Err(why),
-            _ => Ok(found),
-        }
+        found.unless(why)
     }
 
     /// The two ways of the wrist for an arm.

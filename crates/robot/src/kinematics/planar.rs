@@ -2,10 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use meltpath_geometry::math::DVec3;
+
+use super::solution::Unreachable;
+
 /// Distances that rounding may put beyond the reach, mm.
 const ROUNDING: f64 = 5e-7;
 
-/// Points nearer to the shoulder, mm, count as on it: a direction that takes half of the digits.
+/// Points nearer to the shoulder or to the first axis, mm, count as on it: a root or a direction that takes half of the digits.
 const ON_SHOULDER: f64 = 1e-4;
 
 /// Below this the sine of an angle counts as zero: the arm is stretched or folded.
@@ -24,32 +28,50 @@ pub(super) struct Elbow {
     pub(super) folded: bool,
 }
 
-/// How far a point lies beyond what two links reach, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum OutOfReach {
-    /// Farther than both links stretched.
-    Far(f64),
-    /// Nearer than both links folded.
-    Near(f64),
+/// Where the centre of the wrist lies about the first axis, for an arm whose plane stands aside of that axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shoulder {
+    /// From the first axis to the centre within the arm's plane, mm.
+    pub(super) forward: f64,
+    /// The direction of the centre in the base, rad from x.
+    pub(super) towards: f64,
+    /// Whether front and back are one.
+    pub(super) singular: bool,
 }
 
-impl OutOfReach {
-    /// By how much, mm.
-    pub(super) fn by(self) -> f64 {
-        match self {
-            OutOfReach::Far(by) | OutOfReach::Near(by) => by,
+impl Shoulder {
+    /// For a plane `offset` mm aside.
+    ///
+    /// # Errors
+    /// [`Unreachable::BesideAxis`] where the centre is nearer to the axis than the plane.
+    pub(super) fn under(centre: DVec3, offset: f64) -> Result<Self, Unreachable> {
+        let out = centre.x.hypot(centre.y);
+        let by = offset.abs() - out;
+        if by > ROUNDING {
+            return Err(Unreachable::BesideAxis { by });
         }
+        let forward = ((out - offset) * (out + offset)).max(0.0).sqrt();
+        Ok(Shoulder {
+            forward,
+            towards: centre.y.atan2(centre.x),
+            singular: forward < ON_SHOULDER,
+        })
     }
 }
 
 /// Links of `lengths` mm from the origin to the point (x, y) mm: x = l₁ cos α + l₂ cos(α + β), y likewise with sines.
-pub(super) fn reach([l1, l2]: [f64; 2], [x, y]: [f64; 2]) -> Result<Elbow, OutOfReach> {
+///
+/// # Errors
+/// [`Unreachable`] by how much the point is farther than both links stretched, or nearer than both folded.
+pub(super) fn reach([l1, l2]: [f64; 2], [x, y]: [f64; 2]) -> Result<Elbow, Unreachable> {
     let distance = x.hypot(y);
     if distance > l1 + l2 + ROUNDING {
-        return Err(OutOfReach::Far(distance - l1 - l2));
+        let by = distance - l1 - l2;
+        return Err(Unreachable::TooFar { by });
     }
     if distance < (l1 - l2).abs() - ROUNDING {
-        return Err(OutOfReach::Near((l1 - l2).abs() - distance));
+        let by = (l1 - l2).abs() - distance;
+        return Err(Unreachable::TooNear { by });
     }
     // (d² - l₁² - l₂²)/2 l₁ l₂ by half angles: no digits are lost where the links are stretched or folded
     let over = ((l1 + l2 - distance) * (l1 + l2 + distance)).max(0.0);
@@ -106,11 +128,11 @@ mod tests {
     fn what_is_out_of_reach_is_measured() {
         assert_eq!(
             reach([3.0, 2.0], [6.0, 0.0]).unwrap_err(),
-            OutOfReach::Far(1.0)
+            Unreachable::TooFar { by: 1.0 }
         );
         assert_eq!(
             reach([3.0, 2.0], [0.0, 0.25]).unwrap_err(),
-            OutOfReach::Near(0.75)
+            Unreachable::TooNear { by: 0.75 }
         );
         assert!(reach([3.0, 3.0], [0.0, 0.0]).unwrap().folded);
         assert!(reach([3.0, 2.0], [5.0, 0.0]).unwrap().straight);

@@ -6,6 +6,9 @@ use std::fmt;
 /// reach, where a pose that is beyond it by rounding is held by the stretched or folded arm.
 pub(super) const HELD: [f64; 2] = [1e-6, 1e-9];
 
+/// Sines below this count as zero: two axes of the wrist in line.
+pub(super) const IN_LINE: f64 = 1e-6;
+
 /// Where an arm loses a freedom: two ways to hold a pose become one, or a joint may turn without moving the flange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(
@@ -78,6 +81,17 @@ impl Candidates {
         if let Some(place) = self.list.get_mut(self.count) {
             *place = candidate;
             self.count += 1;
+        }
+    }
+
+    /// These, unless there are none and it is known why.
+    ///
+    /// # Errors
+    /// That.
+    pub(super) fn unless(self, why: Option<Unreachable>) -> Result<Self, Unreachable> {
+        match why {
+            Some(why) if self.count == 0 => Err(why),
+            _ => Ok(self),
         }
     }
 

@@ -7,15 +7,13 @@ use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
-use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
-use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
 use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::servo::h_infinity::{HInfinityTargets, design};
 use meltpath_scan_head::servo::preview::Previews;
 
 use super::preview::ahead;
-use super::reference::{HeadData, job_of, recipes, three_axis_data, two_axis_data};
+use super::reference::{HeadData, job_of, measured, recipes, three_axis_data, two_axis_data};
 
 /// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
 pub(crate) fn with_h_infinity(data: &HeadData) -> ScanHead {
@@ -122,14 +120,7 @@ fn told_with(
         ..*plate
     };
     let job = job_of(&one, &recipe);
-    let mut sinks = (
-        PathErrors::new(2e-3, head.period),
-        FillRate::of_rectangles(
-            one.fill_areas(),
-            0.07,
-            &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
-        ),
-    );
+    let mut sinks = measured(&one, head.period);
     ready(&job)
         .run(&job, recipe.delays, 1, &Silent, &mut sinks)
         .unwrap();

@@ -2,11 +2,10 @@
 //! combinations of controller and pre-filter, and a controller for a mode that moved.
 
 use crate::near;
-use crate::reference_axis::{axis, feed_forward, motor, prefilter, refined, synthesised};
+use crate::reference_axis::{axis, feed_forward, motor, prefilter, refined, swarm, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::h_infinity::Template;
-use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{
     AngleUnit, CascadeGains, Controller, FeedForward, SampledController, SampledForm,
@@ -226,11 +225,7 @@ fn the_search_serves_its_spread() {
         modulus_margin: 0.5,
         resonance: 1.5,
     };
-    let swarm = Swarm {
-        particles: 12,
-        iterations: 12,
-        ..Swarm::default()
-    };
+    let swarm = swarm(12, 12);
     let changes = Changes::Balanced { order: 5 };
     let found = search(
         &motor,
@@ -255,15 +250,18 @@ fn the_search_serves_its_spread() {
     assert_eq!(again, found.loops);
 }
 
+fn set_points(levels: u32, hold: f64) -> Vec<f64> {
+    let signal = MultiStep {
+        levels,
+        hold,
+        ..MultiStep::thesis()
+    };
+    signal.samples(PERIOD).unwrap()
+}
+
 #[test]
 fn no_scattered_motor_is_lost() {
-    let set_points = MultiStep {
-        levels: 4,
-        hold: 10e-3,
-        ..MultiStep::thesis()
-    }
-    .samples(PERIOD)
-    .unwrap();
+    let set_points = set_points(4, 10e-3);
     let scatter = Scatter {
         resistance: 0.2,
         inertia: 0.1,
@@ -322,13 +320,7 @@ fn no_scattered_motor_is_lost() {
 
 #[test]
 fn an_exported_controller_drives_the_axis_as_the_designed_one() {
-    let set_points = MultiStep {
-        levels: 3,
-        hold: 20e-3,
-        ..MultiStep::thesis()
-    }
-    .samples(PERIOD)
-    .unwrap();
+    let set_points = set_points(3, 20e-3);
     let five = servo(&robust_targets());
     let angles = |controller| {
         run(&axis(controller, None), &set_points, PERIOD, 1)

@@ -66,12 +66,17 @@ fn off(found: &Galvanometer, true_one: &Galvanometer) -> [f64; 5] {
     std::array::from_fn(|i| a[i] / b[i] - 1.0)
 }
 
-#[test]
-fn lpbf_ac09_direct_identification_of_the_reference_motor() {
-    let motor = Galvanometer {
+/// The reference motor without dry friction.
+fn smooth() -> Galvanometer {
+    Galvanometer {
         friction: Friction::None,
         ..reference::motor()
-    };
+    }
+}
+
+#[test]
+fn lpbf_ac09_direct_identification_of_the_reference_motor() {
+    let motor = smooth();
     let columns = bench(&motor, 0.5, 12);
     let found = identify(&record(&columns), Excitation::Voltage, &Method::default()).unwrap();
     let off = off(&found.motor, &motor);
@@ -100,10 +105,7 @@ fn with_modes(columns: &[Vec<f64>; 3], method: &Method) -> Identified {
 
 #[test]
 fn flexible_modes_are_found_with_all_parameters() {
-    let motor = Galvanometer {
-        friction: Friction::None,
-        ..reference::motor()
-    };
+    let motor = smooth();
     let columns = bench(&motor, 0.5, 12);
     let method = Method::default();
     let found = with_modes(&columns, &method);
@@ -157,10 +159,7 @@ fn flexible_modes_are_found_with_all_parameters() {
 /// AC-11 (R): Hann estimate of θ/i, 5 Hz to 1 kHz, median absolute error.
 #[test]
 fn lpbf_ac11_estimate_of_angle_over_current() {
-    let motor = Galvanometer {
-        friction: Friction::None,
-        ..reference::motor()
-    };
+    let motor = smooth();
     let columns = bench(&motor, 0.5, 12);
     let method = Method {
         band: [5.0, 1000.0],
@@ -327,10 +326,7 @@ fn steady_current(motor: &Galvanometer, speed: f64) -> f64 {
 
 #[test]
 fn what_no_motor_does_is_named() {
-    let motor = Galvanometer {
-        friction: Friction::None,
-        ..reference::motor()
-    };
+    let motor = smooth();
     let [u, i, a] = bench(&motor, 0.5, 4);
     let short = BenchRecord {
         angle: &a[1..],
@@ -402,10 +398,7 @@ fn on_encoder(motor: &Galvanometer, step: f64) -> Identified {
 
 #[test]
 fn a_coarse_encoder_makes_no_mode_near_half_the_sampling_rate() {
-    let motor = Galvanometer {
-        friction: Friction::None,
-        ..reference::motor()
-    };
+    let motor = smooth();
     for step in [1e-4f64, 1e-3, 3e-3] {
         let found = on_encoder(&motor, step.to_radians());
         println!("{step}: {:?} {:?}", found.motor.modes, found.refused);
@@ -425,10 +418,7 @@ fn a_coarse_encoder_makes_no_mode_near_half_the_sampling_rate() {
 
 #[test]
 fn reversed_and_exchanged_channels_are_named() {
-    let motor = Galvanometer {
-        friction: Friction::None,
-        ..reference::motor()
-    };
+    let motor = smooth();
     let columns = bench(&motor, 0.5, 8);
     let refused = |change: &dyn Fn(&mut [Vec<f64>; 3])| {
         let mut columns = columns.clone();

@@ -16,12 +16,11 @@ use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::head::window::Window;
-use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{Cells, FillMode, FillRate};
 use meltpath_scan_head::measures::hatch::HatchDistance;
 
-use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
+use super::reference::{job_of, measured, one, recipes, three_axis_data, two_axis_data};
 use meltpath_toolpath::Role;
 
 /// AC-39 (T): job times and their ratios.
@@ -230,14 +229,7 @@ fn the_gate_lights_what_was_asked_for_as_long_as_asked() {
 fn run(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> (PathTold, Vec<Vec<f64>>) {
     let job = job_of(plate, recipe);
     let ready = head.ready().unwrap();
-    let mut sinks = (
-        PathErrors::new(2e-3, head.period),
-        FillRate::of_rectangles(
-            plate.fill_areas(),
-            0.07,
-            &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
-        ),
-    );
+    let mut sinks = measured(plate, head.period);
     ready
         .run(&job, recipe.delays, 1, &Silent, &mut sinks)
         .unwrap();

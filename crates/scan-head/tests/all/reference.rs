@@ -7,6 +7,8 @@ use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
+use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
 
 /// A head's file, its plate as one that is planned.
 pub(crate) struct HeadData {
@@ -46,6 +48,13 @@ pub(crate) fn three_axis_data() -> HeadData {
 pub(crate) fn job_of(plate: &SquarePlate, recipe: &Recipe) -> ScanJob {
     let path = plate.toolpath().unwrap();
     prepare(&path.layers, recipe).unwrap()
+}
+
+/// What is measured of a plate: how far from its path a head goes, and what it fills.
+pub(crate) fn measured(plate: &SquarePlate, period: f64) -> (PathErrors, FillRate) {
+    let modes = [FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot];
+    let fill = FillRate::of_rectangles(plate.fill_areas(), 0.07, &modes);
+    (PathErrors::new(2e-3, period), fill)
 }
 
 pub(crate) fn two_axis() -> ScanHead {

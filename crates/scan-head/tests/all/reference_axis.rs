@@ -1,6 +1,7 @@
 //! The two-axis reference motor (docs/theory/sources.md, reference heads) with the thesis' gains (table 2.1).
 #![allow(dead_code, reason = "each test file uses its part")]
 
+use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::{Axis, Encoder};
 use meltpath_scan_head::axis::control::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, Limits, SpeedSource,
@@ -28,6 +29,15 @@ pub(crate) fn motor() -> Galvanometer {
             coulomb: 3e-5,
             bias: 5e-6,
         },
+    }
+}
+
+/// A swarm of this size.
+pub(crate) fn swarm(particles: usize, iterations: usize) -> Swarm {
+    Swarm {
+        particles,
+        iterations,
+        ..Swarm::default()
     }
 }
 

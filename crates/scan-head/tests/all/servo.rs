@@ -4,7 +4,7 @@
 use crate::near;
 use std::f64::consts::TAU;
 
-use crate::reference_axis::{axis, motor, prefilter, refined, synthesised};
+use crate::reference_axis::{axis, motor, prefilter, refined, swarm, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::Complex64;
 use meltpath_numerics::swarm::Swarm;
@@ -183,11 +183,7 @@ fn lpbf_ac20_swarm_refines_the_gains_on_a_record() {
     experiment.motor.inertia *= 1.04;
     experiment.motor.modes[0].omega *= 0.97;
     let record = run(&experiment, &set_points, period, 1).unwrap().angle;
-    let swarm = Swarm {
-        particles: 20,
-        iterations: 60,
-        ..Swarm::default()
-    };
+    let swarm = swarm(20, 60);
     let trials = [Trial {
         name: "record".to_owned(),
         axis: model,
@@ -282,11 +278,7 @@ fn refined_on(
 
 #[test]
 fn gains_refined_for_tracking_are_nowhere_worse_and_keep_their_feedback() {
-    let swarm = Swarm {
-        particles: 12,
-        iterations: 20,
-        ..Swarm::default()
-    };
+    let swarm = swarm(12, 20);
     let start = synthesised();
     let found = refined_for_tracking(&swarm, &start, 0.1).unwrap();
     assert!(found.gained);
@@ -317,11 +309,7 @@ fn gains_refined_for_tracking_are_nowhere_worse_and_keep_their_feedback() {
 
 #[test]
 fn a_start_that_nothing_beats_stays() {
-    let idle = Swarm {
-        particles: 2,
-        iterations: 0,
-        ..Swarm::default()
-    };
+    let idle = swarm(2, 0);
     let found = refined_for_tracking(&idle, &synthesised(), 0.0).unwrap();
     assert!(!found.gained && found.held.is_empty());
     assert_eq!(found.gains, synthesised());
@@ -344,11 +332,7 @@ fn a_start_that_nothing_beats_stays() {
 #[test]
 fn a_swarm_that_is_held_says_by_what() {
     // nothing may be lost: the start stands at its own bandwidth and stiffness
-    let swarm = Swarm {
-        particles: 12,
-        iterations: 20,
-        ..Swarm::default()
-    };
+    let swarm = swarm(12, 20);
     let found = refined_for_tracking(&swarm, &synthesised(), 0.0).unwrap();
     assert!(found.gained);
     for held in &found.held {

@@ -192,11 +192,8 @@ fn batches_do_not_show() {
 fn the_bits_do_not_depend_on_threads() {
     let _ = slow();
     let run = |threads, options| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| with_charts(options))
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| with_charts(options))
     };
     for options in [Settings::of(&titanium()), remembering()] {
         assert_eq!(run(1, options), run(3, options));

@@ -89,27 +89,19 @@ fn by_engine(track: &Track) -> MeltPool {
 
 /// Lane et al. 2020 (Integrating Materials and Manufacturing Innovation 9), table 4; AMMT B as the benchmark's calibration case.
 const TRACKS: [Track; 4] = [
-    Track {
-        name: "AMMT B",
-        beam: [179.2, 800.0, 0.170],
-        measured: [0.123, 0.036],
-    },
-    Track {
-        name: "CBM A",
-        beam: [150.0, 400.0, 0.100],
-        measured: [0.171, 0.151],
-    },
-    Track {
-        name: "CBM B",
-        beam: [195.0, 800.0, 0.100],
-        measured: [0.133, 0.091],
-    },
-    Track {
-        name: "CBM C",
-        beam: [195.0, 1200.0, 0.100],
-        measured: [0.100, 0.060],
-    },
+    track("AMMT B", [179.2, 800.0, 0.170], [0.123, 0.036]),
+    track("CBM A", [150.0, 400.0, 0.100], [0.171, 0.151]),
+    track("CBM B", [195.0, 800.0, 0.100], [0.133, 0.091]),
+    track("CBM C", [195.0, 1200.0, 0.100], [0.100, 0.060]),
 ];
+
+const fn track(name: &'static str, beam: [f64; 3], measured: [f64; 2]) -> Track {
+    Track {
+        name,
+        beam,
+        measured,
+    }
+}
 
 #[test]
 fn means_of_the_laws_stand_for_the_laws() {

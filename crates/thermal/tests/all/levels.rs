@@ -1,6 +1,6 @@
 //! The solver on levels against the reference solver on the finest cells everywhere: highest temperatures, shares, heat, cost.
 
-use crate::support::{beam, settings, titanium};
+use crate::support::{self, beam, ground, nothing, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
@@ -9,28 +9,9 @@ use meltpath_thermal::levels::{BEND, Levels, Setup};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::run::draw;
 use meltpath_thermal::solver::surface::Surface;
-use meltpath_thermal::solver::watch::Watch;
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
 
 const LAYER: f64 = 0.05;
-
-fn nothing() -> Watch {
-    Watch {
-        places: Vec::new(),
-        every: 1.0,
-    }
-}
-
-/// Metal under a field of `size` mm, powder beside.
-fn ground(size: [f64; 2]) -> impl Fn([f64; 2]) -> State {
-    move |[x, y]| {
-        if (-0.1..size[0] + 0.1).contains(&x) && (-0.1..size[1] + 0.1).contains(&y) {
-            State::Dense
-        } else {
-            State::Powder
-        }
-    }
-}
 
 /// Lines along x over a field of `size` mm.
 fn hatch(size: [f64; 2], distance: f64) -> BeamPath {
@@ -64,22 +45,7 @@ fn setup(size: [f64; 2], cell: f64, coarser: usize) -> Setup {
     let mut heights = vec![0.05; 4];
     heights.extend([0.07, 0.1, 0.15, 0.2, 0.28]);
     heights.reverse();
-    let material = titanium();
-    Setup {
-        covered: [low, [low[0] + w, low[1] + h]],
-        cell,
-        coarser,
-        heights,
-        layer: LAYER,
-        tracked: 0.2,
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        beyond: Face::Imposed(material.start),
-        step: 1.0,
-        focus: None,
-        bend: BEND,
-    }
+    support::on_levels([low, [low[0] + w, low[1] + h]], (cell, coarser), heights)
 }
 
 fn on_levels(setup: &Setup, size: [f64; 2], path: &BeamPath) -> Levels {

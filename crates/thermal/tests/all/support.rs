@@ -10,10 +10,12 @@ use meltpath_thermal::charts::build::{compute, warm, warm_grounds};
 use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::Field;
+use meltpath_thermal::levels::{BEND, Setup};
 use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::source::Depth;
 use meltpath_thermal::solver::surface::Surface;
+use meltpath_thermal::solver::watch::Watch;
 use meltpath_thermal::solver::{Face, Faces, State};
 
 /// Ti6Al4V of the thesis.
@@ -125,6 +127,47 @@ pub(crate) fn faces(material: &Material) -> Faces {
         },
         sides: Face::Imposed(material.start),
         bottom: Face::Imposed(material.start),
+    }
+}
+
+/// Whole layers of 50 µm on levels of cells: the finest are `cell` mm wide, planes of `heights` mm lie below them.
+pub(crate) fn on_levels(
+    covered: [[f64; 2]; 2],
+    (cell, coarser): (f64, usize),
+    heights: Vec<f64>,
+) -> Setup {
+    let Faces { top, sides, .. } = faces(&titanium());
+    Setup {
+        covered,
+        cell,
+        coarser,
+        heights,
+        layer: 0.05,
+        tracked: 0.2,
+        top,
+        beyond: sides,
+        step: 1.0,
+        focus: None,
+        bend: BEND,
+    }
+}
+
+/// Nothing is watched.
+pub(crate) fn nothing() -> Watch {
+    Watch {
+        places: Vec::new(),
+        every: 1.0,
+    }
+}
+
+/// Metal under a field of `size` mm, powder beside.
+pub(crate) fn ground(size: [f64; 2]) -> impl Fn([f64; 2]) -> State {
+    move |[x, y]| {
+        if (-0.1..size[0] + 0.1).contains(&x) && (-0.1..size[1] + 0.1).contains(&y) {
+            State::Dense
+        } else {
+            State::Powder
+        }
     }
 }
 

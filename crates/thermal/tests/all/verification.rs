@@ -1,8 +1,8 @@
 //! The reference solver against closed forms; its order of convergence; its energy balance.
 use crate::closed_form::{eagar_tsai, rosenthal};
+use crate::support::titanium;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::law::Law;
 use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -236,6 +236,16 @@ fn compare_track(
     worst / (hottest - solver.material().start)
 }
 
+/// Heat of `power` W on `diameter` mm at the surface, `x` mm along the track.
+fn spot(x: f64, [power, diameter]: [f64; 2]) -> Spot {
+    Spot {
+        centre: [x, 0.0],
+        diameter,
+        power,
+        depth: Depth::Surface,
+    }
+}
+
 #[test]
 fn a_moving_gaussian_is_that_of_eagar_and_tsai() {
     let start = 1000.0;
@@ -247,12 +257,7 @@ fn a_moving_gaussian_is_that_of_eagar_and_tsai() {
             DVec3::new(2.8, 1.2, 0.0),
             start,
         );
-        let spot = Spot {
-            centre: [0.0, 0.0],
-            diameter: 0.4,
-            power: 100.0,
-            depth: Depth::Surface,
-        };
+        let spot = spot(0.0, [100.0, 0.4]);
         let medium = medium(start);
         errors.push(compare_track(
             &mut solver,
@@ -279,12 +284,7 @@ fn a_narrow_beam_is_that_of_rosenthal() {
         DVec3::new(5.4, 1.8, 0.0),
         start,
     );
-    let spot = Spot {
-        centre: [0.0, 0.0],
-        diameter: 0.06,
-        power: 20.0,
-        depth: Depth::Surface,
-    };
+    let spot = spot(0.0, [20.0, 0.06]);
     let medium = medium(start);
     let error = compare_track(
         &mut solver,
@@ -299,11 +299,7 @@ fn a_narrow_beam_is_that_of_rosenthal() {
 }
 
 fn titanium_track<R: Real>() -> Solver<R> {
-    let material = read(
-        meltpath_data::materials::TI6AL4V_EBM.text,
-        Readings::default(),
-    )
-    .unwrap();
+    let material = titanium();
     let grid = Grid::covering(
         DVec3::new(-0.5, -0.5, -0.4),
         DVec3::new(1.3, 0.5, 0.0),
@@ -387,12 +383,7 @@ fn bad_steps_and_places_are_refused_with_a_way_out() {
     );
     let error = solver.step(1.0, &[]).unwrap_err().to_string();
     assert!(error.contains("use at most"), "{error}");
-    let spot = Spot {
-        centre: [3.0, 0.0],
-        diameter: 0.4,
-        power: 100.0,
-        depth: Depth::Surface,
-    };
+    let spot = spot(3.0, [100.0, 0.4]);
     let error = solver.step(1e-6, &[spot]).unwrap_err().to_string();
     assert!(error.contains("enlarge the domain"), "{error}");
     let error = solver.add_layer(0.07).unwrap_err().to_string();

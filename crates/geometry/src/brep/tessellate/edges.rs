@@ -3,6 +3,7 @@
 use super::tolerance::Tolerance;
 use crate::brep::{Curve, Edge, Solid};
 use crate::math::DVec3;
+use crate::segments::nearest_share;
 
 /// Deepest halving of one smooth piece of an edge.
 const DEPTH: u32 = 14;
@@ -135,11 +136,5 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 /// Distance of a point from a segment.
 pub(super) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let d = b - a;
-    let length = d.length_squared();
-    let s = if length > 0.0 {
-        ((p - a).dot(d) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    p.distance(a + s * d)
+    p.distance(a + nearest_share((p - a).dot(d), d.length_squared()) * d)
 }

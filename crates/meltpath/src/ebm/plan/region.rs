@@ -3,6 +3,7 @@
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::region::signed_area;
+use meltpath_geometry::segments::nearest_share;
 
 /// What lies below the first layer that is drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,12 +145,7 @@ impl Contour {
                     inside = !inside;
                 }
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-                let length = dx * dx + dy * dy;
-                let t = if length > 0.0 {
-                    (((x - a[0]) * dx + (y - a[1]) * dy) / length).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
+                let t = nearest_share((x - a[0]) * dx + (y - a[1]) * dy, dx * dx + dy * dy);
                 nearest = nearest.min((x - a[0] - t * dx).hypot(y - a[1] - t * dy));
             }
         }

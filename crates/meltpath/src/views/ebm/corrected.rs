@@ -79,48 +79,40 @@ fn frontier(found: &Corrected, plan: &Plan) -> Plot {
 }
 
 fn table(found: &Corrected) -> Table {
-    let mut table = Table::new(
+    let table = Table::of(
         "Rounds",
-        &[
-            "round",
-            "cell (µm)",
-            "window (°C)",
-            "unmelted (%)",
-            "below the window (%)",
-            "in window (%)",
-            "above it (%)",
-            "molten outside (%)",
-            "farthest (mm)",
-            "mean (°C)",
-            "standard deviation (K)",
-        ],
+        found.rounds.iter().enumerate().map(|(n, round)| {
+            let of = |class| Cell::Fixed(share(round, class), 1);
+            let [low, high] = round.window.map(|k| k - CELSIUS);
+            let name = match n {
+                0 => "as it was".to_owned(),
+                _ if n == found.kept => format!("{n}, kept"),
+                _ => n.to_string(),
+            };
+            [
+                ("round", Cell::Text(name)),
+                ("cell (µm)", Cell::Fixed(1e3 * round.cell, 1)),
+                ("window (°C)", Cell::Text(format!("{low:.0} to {high:.0}"))),
+                ("unmelted (%)", of(Class::Unmelted)),
+                ("below the window (%)", of(Class::Porous)),
+                ("in window (%)", of(Class::Good)),
+                ("above it (%)", of(Class::Overheated)),
+                (
+                    "molten outside (%)",
+                    Cell::Fixed(100.0 * round.outside.share, 2),
+                ),
+                ("farthest (mm)", Cell::Fixed(round.outside.farthest, 2)),
+                ("mean (°C)", Cell::Fixed(round.tally.mean - CELSIUS, 0)),
+                (
+                    "standard deviation (K)",
+                    Cell::Fixed(round.tally.deviation, 0),
+                ),
+            ]
+        }),
     );
-    for (n, round) in found.rounds.iter().enumerate() {
-        let of = |class| Cell::Fixed(share(round, class), 1);
-        let [low, high] = round.window.map(|k| k - CELSIUS);
-        let name = match n {
-            0 => "as it was".to_owned(),
-            _ if n == found.kept => format!("{n}, kept"),
-            _ => n.to_string(),
-        };
-        table.rows.push(vec![
-            Cell::Text(name),
-            Cell::Fixed(1e3 * round.cell, 1),
-            Cell::Text(format!("{low:.0} to {high:.0}")),
-            of(Class::Unmelted),
-            of(Class::Porous),
-            of(Class::Good),
-            of(Class::Overheated),
-            Cell::Fixed(100.0 * round.outside.share, 2),
-            Cell::Fixed(round.outside.farthest, 2),
-            Cell::Fixed(round.tally.mean - CELSIUS, 0),
-            Cell::Fixed(round.tally.deviation, 0),
-        ]);
-    }
-    table.note = format!(
+    table.noted(&format!(
         "Shares of all points of the section, at the depth of judge.depth; the same in {ROUNDS}. The finer cells begin with the best round of the coarser ones."
-    );
-    table
+    ))
 }
 
 /// Writes every round.

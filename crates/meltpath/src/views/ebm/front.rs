@@ -4,7 +4,7 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec3;
-use meltpath_report::vtk::{Field as Array, Values, Volume, write_volume};
+use meltpath_report::vtk::{Field as Array, Volume, write_volume};
 use meltpath_thermal::criteria::{front_speed, gradient};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
@@ -51,12 +51,10 @@ pub(super) fn write(folder: &OutputFolder, outcome: &Outcome) -> Result<(), Outp
         ("highest temperature at the foot", "°C", celsius(&path.foot)),
     ];
     folder.write(FRONT, |w| {
-        let fields = arrays.iter().map(|(name, unit, values)| Array {
-            name,
-            unit,
-            values: Values::Float32(values),
-        });
-        let fields: Vec<Array> = fields.collect();
+        let fields = arrays.iter();
+        let fields: Vec<Array> = fields
+            .map(|(name, unit, values)| Array::floats(name, unit, values))
+            .collect();
         write_volume(w, &volume, &fields).map_err(io::Error::other)
     })
 }

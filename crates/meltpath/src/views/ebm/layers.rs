@@ -21,38 +21,30 @@ fn layers(outcome: &Outcome) -> Option<&[LayerHeat]> {
 /// The table of the report.
 pub(super) fn table(outcome: &Outcome) -> Option<Table> {
     let layers = layers(outcome)?;
-    let mut table = Table::new(
+    let table = Table::of(
         "Layer after layer",
-        &[
-            "layer",
-            "laid on, in the mean (°C)",
-            "at most (°C)",
-            "from the beam (J)",
-            "vapour (J)",
-            "radiated (J)",
-            "conducted away (J)",
-            "stayed (J)",
-            "error of the heat (%)",
-        ],
+        (1_u32..).zip(layers).map(|(number, layer)| {
+            let heat = &layer.ledger;
+            [
+                ("layer", Cell::Fixed(f64::from(number), 0)),
+                (
+                    "laid on, in the mean (°C)",
+                    Cell::Fixed(layer.before[0] - CELSIUS, 1),
+                ),
+                ("at most (°C)", Cell::Fixed(layer.before[1] - CELSIUS, 1)),
+                ("from the beam (J)", Cell::Fixed(heat.absorbed, 2)),
+                ("vapour (J)", Cell::Fixed(heat.evaporated, 2)),
+                ("radiated (J)", Cell::Fixed(heat.radiated, 2)),
+                ("conducted away (J)", Cell::Fixed(heat.conducted, 2)),
+                ("stayed (J)", Cell::Fixed(heat.net(), 2)),
+                (
+                    "error of the heat (%)",
+                    Cell::Fixed(100.0 * layer.residual, 4),
+                ),
+            ]
+        }),
     );
-    for (number, layer) in (1_u32..).zip(layers) {
-        let heat = &layer.ledger;
-        table.rows.push(vec![
-            Cell::Fixed(f64::from(number), 0),
-            Cell::Fixed(layer.before[0] - CELSIUS, 1),
-            Cell::Fixed(layer.before[1] - CELSIUS, 1),
-            Cell::Fixed(heat.absorbed, 2),
-            Cell::Fixed(heat.evaporated, 2),
-            Cell::Fixed(heat.radiated, 2),
-            Cell::Fixed(heat.conducted, 2),
-            Cell::Fixed(heat.net(), 2),
-            Cell::Fixed(100.0 * layer.residual, 4),
-        ]);
-    }
-    Some(Table {
-        note: "Run as set. What a layer is laid on: temperatures of the top within the extent of the paths before its powder lies there. Heat from the beginning of a layer's path to the beginning of the next one's, of the last layer to the end of its path. Where layers keep their heat a place radiates what it does above the start temperature.".to_owned(),
-        ..table
-    })
+    Some(table.noted("Run as set. What a layer is laid on: temperatures of the top within the extent of the paths before its powder lies there. Heat from the beginning of a layer's path to the beginning of the next one's, of the last layer to the end of its path. Where layers keep their heat a place radiates what it does above the start temperature."))
 }
 
 /// Writes them.

@@ -238,11 +238,7 @@ pub(super) fn write_volumes(folder: &OutputFolder, outcome: &Outcome) -> Result<
         };
         folder.write(name, |w| {
             let fields = [
-                Array {
-                    name: "highest temperature",
-                    unit: "°C",
-                    values: Values::Float32(&celsius),
-                },
+                Array::floats("highest temperature", "°C", &celsius),
                 Array {
                     name: "class",
                     unit: "",

@@ -15,36 +15,21 @@ pub(super) struct Shares<'a> {
 impl Shares<'_> {
     /// Shares of the molten voxels, unmelted of all.
     pub(super) fn table(title: &str, rows: impl IntoIterator<Item = Self>) -> Table {
-        let mut table = Table::new(
-            title,
-            &[
-                "path",
-                "time",
-                "molten",
-                "unmelted (%)",
-                "below the window (%)",
-                "in the window (%)",
-                "above the window (%)",
-                "mean (°C)",
-                "standard deviation (K)",
-            ],
-        );
         let row = |Shares { name, time, tally }| {
             let percent = |class| Cell::Fixed(100.0 * tally.share(class), 1);
             let unmelted = tally.counts[0] as f64 / (tally.voxels as f64).max(1.0);
-            vec![
-                Cell::text(name),
-                Cell::Duration(time),
-                Cell::Fixed(tally.molten() as f64, 0),
-                Cell::Fixed(100.0 * unmelted, 2),
-                percent(Class::Porous),
-                percent(Class::Good),
-                percent(Class::Overheated),
-                Cell::Fixed(tally.mean - CELSIUS, 0),
-                Cell::Fixed(tally.deviation, 0),
+            [
+                ("path", Cell::text(name)),
+                ("time", Cell::Duration(time)),
+                ("molten", Cell::Fixed(tally.molten() as f64, 0)),
+                ("unmelted (%)", Cell::Fixed(100.0 * unmelted, 2)),
+                ("below the window (%)", percent(Class::Porous)),
+                ("in the window (%)", percent(Class::Good)),
+                ("above the window (%)", percent(Class::Overheated)),
+                ("mean (°C)", Cell::Fixed(tally.mean - CELSIUS, 0)),
+                ("standard deviation (K)", Cell::Fixed(tally.deviation, 0)),
             ]
         };
-        table.rows.extend(rows.into_iter().map(row));
-        table
+        Table::of(title, rows.into_iter().map(row))
     }
 }

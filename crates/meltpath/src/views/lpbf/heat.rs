@@ -6,7 +6,7 @@ use meltpath_report::html::Section;
 use meltpath_report::plot::{Aspect, Axis, Plot};
 use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
-use meltpath_report::vtk::{Field, Values, write_height_image};
+use meltpath_report::vtk::{Field, write_height_image};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
@@ -65,31 +65,23 @@ fn sizes(trace: &[TracePoint], of: fn(&TracePoint) -> f64) -> Vec<f64> {
 }
 
 fn table(name: &str, heat: &RecipeHeat) -> Table {
-    let mut table = Table::new(
+    let table = Table::of(
         &format!("Melted, {name}"),
-        &[
-            "drawing",
-            "melted through, mm²",
-            "of the surface, %",
-            "pool width, median, µm",
-            "pool depth, 1 %, µm",
-            "pool depth, median, µm",
-            "pool depth, 99 %, µm",
-        ],
+        heat.drawings.iter().map(|d| {
+            let width = sizes(&d.trace, |t| t.pool.width);
+            let depth = sizes(&d.trace, |t| t.pool.depth);
+            [
+                ("drawing", Cell::text(d.name)),
+                ("melted through, mm²", Cell::Fixed(d.area, 3)),
+                ("of the surface, %", Cell::Fixed(100.0 * d.share, 2)),
+                ("pool width, median, µm", quantile(&width, 0.5)),
+                ("pool depth, 1 %, µm", quantile(&depth, 0.01)),
+                ("pool depth, median, µm", quantile(&depth, 0.5)),
+                ("pool depth, 99 %, µm", quantile(&depth, 0.99)),
+            ]
+        }),
     );
-    for d in &heat.drawings {
-        let width = sizes(&d.trace, |t| t.pool.width);
-        let depth = sizes(&d.trace, |t| t.pool.depth);
-        table.rows.push(vec![
-            Cell::text(d.name),
-            Cell::Fixed(d.area, 3),
-            Cell::Fixed(100.0 * d.share, 2),
-            quantile(&width, 0.5),
-            quantile(&depth, 0.01),
-            quantile(&depth, 0.5),
-            quantile(&depth, 0.99),
-        ]);
-    }
+
     let numbers: Vec<String> = heat
         .boiling
         .iter()
@@ -105,12 +97,11 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
         "The surface, {:.3} mm², is what the commanded path melts through with the gaps between its lines.",
         heat.surface
     );
-    table.note = if numbers.is_empty() {
+    table.noted(&if numbers.is_empty() {
         format!("{surface} The material's file has no boiling point: nothing is said of keyholes.")
     } else {
         format!("{surface} Boiling number: {}.", numbers.join(", "))
-    };
-    table
+    })
 }
 
 /// Where the marked path leaves powder.
@@ -200,14 +191,9 @@ pub(super) fn write(
         |map: &FusionMap| -> Vec<f32> { map.highest.iter().map(|t| t - CELSIUS as f32).collect() };
     let [asked, marked] = [0, 1].map(|n| celsius(&heat.drawings[n].map));
     folder.write(&format!("fields/melted-{number}.vti"), |w| {
-        let field = |name, values| Field {
-            name,
-            unit: "°C",
-            values: Values::Float32(values),
-        };
         let fields = [
-            field("highest temperature as commanded", &asked),
-            field("highest temperature as marked", &marked),
+            Field::floats("highest temperature as commanded", "°C", &asked),
+            Field::floats("highest temperature as marked", "°C", &marked),
         ];
         write_height_image(w, &grid, -map.depth, &fields).map_err(std::io::Error::other)
     })?;

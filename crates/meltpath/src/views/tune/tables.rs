@@ -77,76 +77,73 @@ pub(super) fn refinement(refined: &Refined) -> Table {
 
 /// Every step of the synthesis.
 pub(super) fn steps(result: &AxisResult) -> Table {
-    let mut table = Table::new(
+    Table::of(
         "Step by step",
-        &[
-            "loop",
-            "step",
-            "gain",
-            "time (s)",
-            "|open loop| at the wanted crossover",
-            "margin there (deg)",
-        ],
-    );
-    for s in &result.tuned.steps {
-        let (gain, time) = match s.which {
-            Loop::Current => (s.gains.current.gain, s.gains.current.integral_time),
-            Loop::Speed => (s.gains.speed_gain, s.gains.speed_integral_time),
-            Loop::Position => (s.gains.position_gain, s.gains.position_derivative_time),
-        };
-        let what = match (s.stage, s.which) {
-            (Stage::Uncorrected, _) => "uncorrected",
-            (Stage::Trial, _) => "a time tried",
-            (Stage::Time, Loop::Position) => "longest derivative that leaves the margin",
-            (Stage::Time, _) => "shortest integral that leaves the margin",
-            (Stage::Gain, _) => "gain for the crossover",
-        };
-        table.rows.push(vec![
-            Cell::text(s.which.name()),
-            Cell::text(what),
-            Cell::Number(gain),
-            if time.is_finite() {
-                Cell::Number(time)
-            } else {
-                Cell::text("∞")
-            },
-            Cell::Number(s.gain_there),
-            Cell::Fixed(s.margin_there.to_degrees(), 1),
-        ]);
-    }
-    table
+        result.tuned.steps.iter().map(|s| {
+            let (gain, time) = match s.which {
+                Loop::Current => (s.gains.current.gain, s.gains.current.integral_time),
+                Loop::Speed => (s.gains.speed_gain, s.gains.speed_integral_time),
+                Loop::Position => (s.gains.position_gain, s.gains.position_derivative_time),
+            };
+            let what = match (s.stage, s.which) {
+                (Stage::Uncorrected, _) => "uncorrected",
+                (Stage::Trial, _) => "a time tried",
+                (Stage::Time, Loop::Position) => "longest derivative that leaves the margin",
+                (Stage::Time, _) => "shortest integral that leaves the margin",
+                (Stage::Gain, _) => "gain for the crossover",
+            };
+            [
+                ("loop", Cell::text(s.which.name())),
+                ("step", Cell::text(what)),
+                ("gain", Cell::Number(gain)),
+                (
+                    "time (s)",
+                    if time.is_finite() {
+                        Cell::Number(time)
+                    } else {
+                        Cell::text("∞")
+                    },
+                ),
+                (
+                    "|open loop| at the wanted crossover",
+                    Cell::Number(s.gain_there),
+                ),
+                (
+                    "margin there (deg)",
+                    Cell::Fixed(s.margin_there.to_degrees(), 1),
+                ),
+            ]
+        }),
+    )
 }
 
 /// Crossovers and margins of the loops.
 pub(super) fn loops(result: &AxisResult) -> Table {
-    let mut table = Table::new(
-        "Loops",
-        &[
-            "gains",
-            "loop",
-            "crossover (rad/s)",
-            "phase margin (deg)",
-            "distance to the critical point",
-        ],
-    );
     let mut ways = vec![("synthesis", result.tuned.gains)];
     if result.gains != result.tuned.gains {
         ways.push(("refined", result.gains));
     }
     let motor = &result.task.axis.motor;
     let mut notes = Vec::new();
+    let mut rows = Vec::new();
     for (name, gains) in ways {
         let model = ServoModel::new(motor, &gains);
         for which in [Loop::Current, Loop::Speed, Loop::Position] {
             let Some(f) = model.figures(which) else {
                 continue;
             };
-            table.rows.push(vec![
-                Cell::text(name),
-                Cell::text(which.name()),
-                Cell::Fixed(f.crossover.omega, 0),
-                Cell::Fixed(f.crossover.value.to_degrees(), 1),
-                Cell::Fixed(f.margins.modulus.value, 3),
+            rows.push([
+                ("gains", Cell::text(name)),
+                ("loop", Cell::text(which.name())),
+                ("crossover (rad/s)", Cell::Fixed(f.crossover.omega, 0)),
+                (
+                    "phase margin (deg)",
+                    Cell::Fixed(f.crossover.value.to_degrees(), 1),
+                ),
+                (
+                    "distance to the critical point",
+                    Cell::Fixed(f.margins.modulus.value, 3),
+                ),
             ]);
         }
         let hertz = |actions| {
@@ -160,134 +157,120 @@ pub(super) fn loops(result: &AxisResult) -> Table {
             hertz(Actions::FeedForward)
         ));
     }
-    table.note = format!("{}.", notes.join("; "));
-    table
+    Table::of("Loops", rows).noted(&format!("{}.", notes.join("; ")))
 }
 
 /// The H-infinity loops: as designed, sampled, and of the robust controller.
 pub(super) fn h_infinity(result: &AxisResult) -> Table {
-    let mut table = Table::new(
-        "H-infinity loops on their own motor",
-        &[
-            "controller",
-            "order",
-            "crossover (rad/s)",
-            "phase margin (deg)",
-            "distance to the critical point",
-            "|S| = 1 at (rad/s)",
-            "|S| at 100 Hz",
-            "−3 dB (Hz)",
-            "largest |T|",
-        ],
-    );
-    let mut push = |name: &str, order: usize, q: &LoopQuality| {
-        table.rows.push(vec![
-            Cell::text(name),
-            Cell::Fixed(order as f64, 0),
-            Cell::Fixed(q.crossover, 0),
-            Cell::Fixed(q.phase_margin.to_degrees(), 1),
-            Cell::Fixed(q.modulus_margin, 3),
-            Cell::Fixed(q.error_band, 0),
-            Cell::Fixed(q.slow_error, 3),
-            Cell::Fixed(q.bandwidth / std::f64::consts::TAU, 0),
-            Cell::Fixed(q.resonance, 2),
-        ]);
+    let row = |name: &str, order: usize, q: &LoopQuality| {
+        [
+            ("controller", Cell::text(name)),
+            ("order", Cell::Fixed(order as f64, 0)),
+            ("crossover (rad/s)", Cell::Fixed(q.crossover, 0)),
+            (
+                "phase margin (deg)",
+                Cell::Fixed(q.phase_margin.to_degrees(), 1),
+            ),
+            (
+                "distance to the critical point",
+                Cell::Fixed(q.modulus_margin, 3),
+            ),
+            ("|S| = 1 at (rad/s)", Cell::Fixed(q.error_band, 0)),
+            ("|S| at 100 Hz", Cell::Fixed(q.slow_error, 3)),
+            (
+                "−3 dB (Hz)",
+                Cell::Fixed(q.bandwidth / std::f64::consts::TAU, 0),
+            ),
+            ("largest |T|", Cell::Fixed(q.resonance, 2)),
+        ]
     };
     let order = result.h_infinity.simplified.controller.poles.len();
-    push("three weights, continuous", order, &result.quality[0]);
-    push("three weights, sampled", order, &result.quality[1]);
+    let mut rows = vec![
+        row("three weights, continuous", order, &result.quality[0]),
+        row("three weights, sampled", order, &result.quality[1]),
+    ];
     if let Some(robust) = &result.robust
         && let Some(q) = robust
             .loops
             .iter()
             .find(|l| l.mode_shift == 1.0 && l.delay == 0.0)
     {
-        push("robust, sampled", robust.servo.sampled.order(), q);
+        rows.push(row("robust, sampled", robust.servo.sampled.order(), q));
     }
     let removed = &result.h_infinity.simplified.removed;
-    table.note = format!(
+    Table::of("H-infinity loops on their own motor", rows).noted(&format!(
         "Best level γ* = {:.4}, controller of order {}; {} pair(s) removed, slowest pole {:.3} rad/s made an integrator, gain changed by at most {:.2} dB from a tenth to a hundred times the crossover.",
         result.h_infinity.level,
         result.h_infinity.full.poles.len(),
         removed.len(),
         result.h_infinity.simplified.integrated,
         20.0 * result.h_infinity.simplified.change.log10()
-    );
-    table
+    ))
 }
 
 /// Controller and pre-filter, all combinations.
 pub(super) fn two_by_two(result: &AxisResult) -> Table {
-    let mut table = Table::new(
-        "Controller and pre-filter, each with each",
-        &[
-            "controller",
-            "pre-filter",
-            "rms (deg)",
-            "largest (deg)",
-            "99 % (deg)",
-            "below 0.05° (%)",
-            "below 0.1° (%)",
-            "below 0.2° (%)",
-            "peak current (A)",
-        ],
-    );
-    let mut push = |name: &str, filter: &str, t: &Trial| {
+    let row = |name: &str, filter, t: &Trial| {
         let below = |d: f64| Cell::Fixed(100.0 * t.error.share_below(d.to_radians()), 2);
-        table.rows.push(vec![
-            Cell::text(name),
-            Cell::text(filter),
-            Cell::Fixed(t.error.rms().to_degrees(), 4),
-            Cell::Fixed(t.error.largest().to_degrees(), 3),
-            Cell::Fixed(t.error.quantile(0.99).to_degrees(), 4),
-            below(0.05),
-            below(0.1),
-            below(0.2),
-            Cell::Fixed(t.peak_current, 2),
-        ]);
+        [
+            ("controller", Cell::text(name)),
+            ("pre-filter", Cell::text(filter)),
+            ("rms (deg)", Cell::Fixed(t.error.rms().to_degrees(), 4)),
+            (
+                "largest (deg)",
+                Cell::Fixed(t.error.largest().to_degrees(), 3),
+            ),
+            (
+                "99 % (deg)",
+                Cell::Fixed(t.error.quantile(0.99).to_degrees(), 4),
+            ),
+            ("below 0.05° (%)", below(0.05)),
+            ("below 0.1° (%)", below(0.1)),
+            ("below 0.2° (%)", below(0.2)),
+            ("peak current (A)", Cell::Fixed(t.peak_current, 2)),
+        ]
     };
-    for c in &result.candidates {
-        push(c.name, "no", &c.bare);
-    }
+    let bare = result.candidates.iter().map(|c| row(c.name, "no", &c.bare));
+    let mut rows: Vec<_> = bare.collect();
     for c in &result.candidates {
         if let Some(t) = &c.filtered {
-            push(c.name, "yes", t);
+            rows.push(row(c.name, "yes", t));
         }
     }
     if let Some(t) = &result.as_exported {
         let name = format!("{}, as exported", result.chosen().name);
-        push(&name, "no", t);
+        rows.push(row(&name, "no", t));
     }
-    "Against the set-point before the pre-filter.".clone_into(&mut table.note);
-    table
+    Table::of("Controller and pre-filter, each with each", rows)
+        .noted("Against the set-point before the pre-filter.")
 }
 
 /// What became of the scattered motors.
 pub(super) fn scattered(result: &AxisResult) -> Table {
-    let mut table = Table::new(
+    Table::of(
         "Scattered motors",
-        &[
-            "controller",
-            "motors",
-            "lost",
-            "rms, median (deg)",
-            "rms, worst of those kept (deg)",
-            "largest error of those kept (deg)",
-        ],
-    );
-    for c in &result.candidates {
-        let kept = c.errors_kept();
-        let degrees = |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::Fixed(v.to_degrees(), 4));
-        table.rows.push(vec![
-            Cell::text(c.name),
-            Cell::Fixed(c.draws.len() as f64, 0),
-            Cell::Fixed(c.lost() as f64, 0),
-            degrees(kept.get(kept.len() / 2).map(|e| e.0)),
-            degrees(kept.last().map(|e| e.0)),
-            degrees(kept.iter().map(|e| e.1).reduce(f64::max)),
-        ]);
-    }
-    "Lost: ran away, or an error beyond a twentieth of the first amplitude."
-        .clone_into(&mut table.note);
-    table
+        result.candidates.iter().map(|c| {
+            let kept = c.errors_kept();
+            let degrees =
+                |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::Fixed(v.to_degrees(), 4));
+            [
+                ("controller", Cell::text(c.name)),
+                ("motors", Cell::Fixed(c.draws.len() as f64, 0)),
+                ("lost", Cell::Fixed(c.lost() as f64, 0)),
+                (
+                    "rms, median (deg)",
+                    degrees(kept.get(kept.len() / 2).map(|e| e.0)),
+                ),
+                (
+                    "rms, worst of those kept (deg)",
+                    degrees(kept.last().map(|e| e.0)),
+                ),
+                (
+                    "largest error of those kept (deg)",
+                    degrees(kept.iter().map(|e| e.1).reduce(f64::max)),
+                ),
+            ]
+        }),
+    )
+    .noted("Lost: ran away, or an error beyond a twentieth of the first amplitude.")
 }

@@ -9,13 +9,13 @@ use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_planning::surface::{SurfacePass, SurfacePoint, distribution, torch_axes};
 use meltpath_report::html::Section;
-use meltpath_report::plot::{Plot, histogram};
+use meltpath_report::plot::Plot;
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility};
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::write_lines;
 
 use super::{
-    PER_MINUTE, SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, write_passes,
+    SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, speed_plot, write_passes,
 };
 use crate::views::write_csv;
 use crate::waam::settings::Settings;
@@ -250,18 +250,7 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
     if let Some(limit) = settings.limits.tilt {
         tilt = tilt.limit("limit", limit.to_degrees());
     }
-    let speeds: Vec<f64> = wall
-        .samples
-        .iter()
-        .filter(|s| s.arc)
-        .map(|s| s.speed * PER_MINUTE)
-        .collect();
-    let speed = Plot::new(
-        "Travel speed with arc",
-        ["speed", "m/min"],
-        ["kept samples", ""],
-    )
-    .bars("samples", histogram(&speeds, 40));
+    let speed = speed_plot(&wall.samples);
     let part_turns = settings
         .robot
         .as_ref()
@@ -299,19 +288,6 @@ fn growth_section(wall: &Wall, asked: &Asked, settings: &Settings) -> Option<Sec
 }
 
 fn table(wall: &Wall) -> Table {
-    let mut table = Table::new(
-        "Passes",
-        &[
-            "pass",
-            "beads",
-            "length (mm)",
-            "distance least (mm)",
-            "mean (mm)",
-            "greatest (mm)",
-            "torch least (deg)",
-            "greatest (deg)",
-        ],
-    );
     let fixed = |v: f64, digits| {
         if v.is_finite() {
             Cell::Fixed(v, digits)
@@ -322,19 +298,21 @@ fn table(wall: &Wall) -> Table {
     let row = |group: &[SurfacePass]| {
         let [least, mean, greatest] = spacing_of(group);
         let [low, _, high] = tilt_of(group, wall);
-        vec![
-            Cell::Number(f64::from(group[0].number)),
-            Cell::Number(group.len() as f64),
-            Cell::Fixed(group.iter().map(SurfacePass::length).sum(), 0),
-            fixed(least, 3),
-            fixed(mean, 3),
-            fixed(greatest, 3),
-            fixed(low, 1),
-            fixed(high, 1),
+        [
+            ("pass", Cell::Number(f64::from(group[0].number))),
+            ("beads", Cell::Number(group.len() as f64)),
+            (
+                "length (mm)",
+                Cell::Fixed(group.iter().map(SurfacePass::length).sum(), 0),
+            ),
+            ("distance least (mm)", fixed(least, 3)),
+            ("mean (mm)", fixed(mean, 3)),
+            ("greatest (mm)", fixed(greatest, 3)),
+            ("torch least (deg)", fixed(low, 1)),
+            ("greatest (deg)", fixed(high, 1)),
         ]
     };
-    table.rows = numbered(wall).map(row).collect();
-    table
+    Table::of("Passes", numbered(wall).map(row))
 }
 
 /// Writes the as-built mesh, the ParaView fields and the series.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{foretold, refusal, says};
 use meltpath::chain;
 use meltpath::compare::compare;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::Silent;
 use meltpath_base::container::Container;
 use meltpath_thermal::charts::file as chart_file;
@@ -47,7 +48,7 @@ fn charts_with_memory_are_hotter_on_a_hatch() {
     let folder = dir.path();
     let run = |name: &str, charts: &str| {
         let out = folder.join(name);
-        let found = chain::run(&job(folder, name, charts), Some(&out), folder, &Silent).unwrap();
+        let found = chain::run(&job(folder, name, charts), At(&out), &Silent).unwrap();
         let mut file = std::fs::File::open(out.join("charts/1.melt")).unwrap();
         (
             hottest(&found),
@@ -78,13 +79,13 @@ fn charts_that_cannot_be_used_are_refused_by_a_run() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let first = folder.join("first");
-    chain::run(&job(folder, "first", ""), Some(&first), folder, &Silent).unwrap();
+    chain::run(&job(folder, "first", ""), At(&first), &Silent).unwrap();
     let bytes = std::fs::read(first.join("charts/1.melt")).unwrap();
     let refused = |bytes: &[u8]| {
         std::fs::write(folder.join("a.melt"), bytes).unwrap();
         let out = folder.join("out");
         let file = job(folder, "again", "files = [\"a.melt\"]");
-        let error = chain::run(&file, Some(&out), folder, &Silent).unwrap_err();
+        let error = chain::run(&file, At(&out), &Silent).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };
@@ -138,7 +139,7 @@ fn charts_serve_what_they_were_computed_for() {
     };
     let run = |name: &str, current: f64, charts: &str| {
         let file = with_current(name, current, charts, "");
-        chain::run(&file, Some(&folder.join(name)), folder, &Silent).unwrap()
+        chain::run(&file, At(&folder.join(name)), &Silent).unwrap()
     };
     run("low", 4.5e-3, "");
     run("high", 5.5e-3, "");
@@ -204,7 +205,7 @@ fn paths_that_cannot_be_meant_are_refused() {
         let text = std::fs::read_to_string(&file).unwrap();
         std::fs::write(&file, format!("{text}{rest}")).unwrap();
         let out = folder.join("out");
-        let error = chain::run(&file, Some(&out), folder, &Silent).unwrap_err();
+        let error = chain::run(&file, At(&out), &Silent).unwrap_err();
         assert!(!out.exists());
         foretold(&error, &file);
         (error.to_string(), format!("{error:?}"))
@@ -255,7 +256,7 @@ fn charts_serve_a_current_that_changes_all_the_time() {
         let file = job(folder, name, "");
         std::fs::write(folder.join("path.csv"), rows).unwrap();
         let out = folder.join(name);
-        let found = chain::run(&file, Some(&out), folder, &Silent).unwrap();
+        let found = chain::run(&file, At(&out), &Silent).unwrap();
         (found, out)
     };
     let charts = |out: &Path| std::fs::read_dir(out.join("charts")).unwrap().count();
@@ -273,6 +274,6 @@ fn charts_serve_a_current_that_changes_all_the_time() {
     );
     let table = of_many.join("series/voxels.csv");
     let out = folder.join("compared");
-    let same = compare(&of_many, Some(&table), Some(&out), folder, &Silent).unwrap();
+    let same = compare(&of_many, Some(&table), At(&out), &Silent).unwrap();
     assert!(same.parts.iter().all(|p| p.apart.mean < 0.1));
 }

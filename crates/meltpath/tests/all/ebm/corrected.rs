@@ -5,6 +5,7 @@ use crate::support::{refusal, says};
 use std::path::Path;
 
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Silent, Verdict};
 
 /// Lines one way over a triangle of 2 x 1.5 mm, on cells so coarse that it takes seconds.
@@ -33,9 +34,7 @@ fn currents_are_corrected_over_the_whole_section() {
     let text = format!("{JOB}{JUDGE}[correct]\nrounds = 4\nfinest = 1\ngain = \"100 %\"\n");
     std::fs::write(&file, text).unwrap();
     let out = dir.path().join("out");
-    let verdict = chain::run(&file, Some(&out), dir.path(), &Silent)
-        .unwrap()
-        .verdict;
+    let verdict = chain::run(&file, At(&out), &Silent).unwrap().verdict;
     println!("{}", verdict.to_json());
     let of = |wanted: &str| column(&out, wanted);
     let [cells, good, outside, kept] = ["cell_mm", "in_window_pct", "outside_pct", "kept"].map(of);

@@ -4,6 +4,7 @@ use crate::support::{says, write};
 use std::path::Path;
 
 use meltpath::chain;
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath_base::{Check, Silent, Status, Verdict};
 
 use super::{job, path};
@@ -31,7 +32,7 @@ fn run(folder: &Path, name: &str, rest: &str) -> Verdict {
         format!("[ebm]\ngun = \"{name}\"\n")
     };
     let file = job(folder, &format!("{gun}{rest}"), 4e-3);
-    chain::run(&file, None, &folder.join("runs"), &Silent)
+    chain::run(&file, NextIn(&folder.join("runs")), &Silent)
         .unwrap()
         .verdict
 }
@@ -54,7 +55,7 @@ fn the_solver_judges_what_the_gun_draws() {
         };
         let text = format!("path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\n{gun}{judge}");
         let file = write(dir.path(), "job.toml", text);
-        chain::run(&file, None, &dir.path().join("runs"), &Silent).unwrap()
+        chain::run(&file, NextIn(&dir.path().join("runs")), &Silent).unwrap()
     };
     let lines = path(6, 4e-3);
     let planned = run("", &lines).verdict;
@@ -133,7 +134,7 @@ fn a_path_that_a_gun_cannot_draw_is_told_with_its_place() {
         std::fs::write(dir.path().join("path.csv"), file).unwrap();
         let doctor = chain::doctor(&text, &Silent).unwrap().lines.join("\n");
         assert!(doctor.contains(said), "{said}: {doctor}");
-        let verdict = chain::run(&text, None, &dir.path().join("runs"), &Silent)
+        let verdict = chain::run(&text, NextIn(&dir.path().join("runs")), &Silent)
             .unwrap()
             .verdict;
         let told = check(&verdict);
@@ -153,7 +154,7 @@ fn a_gun_that_cannot_do_the_job_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let refused = |gun: &str, rest: &str| {
         let file = job(dir.path(), &format!("[ebm]\ngun = \"{gun}\"\n{rest}"), 4e-3);
-        let run = chain::run(&file, None, &dir.path().join("runs"), &Silent);
+        let run = chain::run(&file, NextIn(&dir.path().join("runs")), &Silent);
         run.map(|o| o.verdict.status()).unwrap_err().to_string()
     };
     let told = refused("arcam-a1-2016", "[optimise]\nmethod = \"learning\"\n");

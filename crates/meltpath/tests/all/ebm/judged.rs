@@ -2,9 +2,10 @@
 
 use crate::support::{refusal, says};
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Silent, Status, Verdict};
 
-use super::{job, path};
+use super::{path, verdict_of};
 
 /// Vapour: what the verdict says of its mass and of the element that loses most, where a pool of conduction ends, and that the
 /// remedy ends the doubt. A gas in the chamber holds vapour down; without the laws nobody knows.
@@ -15,11 +16,7 @@ fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
         let extra = format!(
             "[ebm]\n{beam}[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
         );
-        let file = job(dir.path(), &extra, 4e-3);
-        let out = dir.path().join("out");
-        let verdict = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
-        verdict.verdict
+        verdict_of(dir.path(), &extra)
     };
     let check = |verdict: &Verdict| {
         let mut checks = verdict.checks.iter();
@@ -84,7 +81,7 @@ fn the_solver_judges_without_charts() {
     let run = |charts: &str, name: &str| {
         write(charts, judge);
         let out = dir.path().join(name);
-        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let outcome = chain::run(&file, At(&out), &Silent).unwrap();
         (outcome.verdict, out)
     };
     let (alone, out) = run("preview = \"none\"\n", "alone");
@@ -130,7 +127,7 @@ fn a_layer_stands_on_what_the_one_below_left() {
         );
         std::fs::write(&file, text).unwrap();
         let out = dir.path().join("out");
-        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let outcome = chain::run(&file, At(&out), &Silent).unwrap();
         let table = std::fs::read_to_string(out.join("series/layers-reference.csv")).ok();
         let report = std::fs::read_to_string(out.join("report.html")).unwrap();
         let map = std::fs::read(out.join("fields/front-reference.vti")).unwrap();

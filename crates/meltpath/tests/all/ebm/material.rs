@@ -2,6 +2,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::support::{foretold, says, write};
+use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
@@ -42,7 +43,7 @@ fn a_material_of_ones_own_is_used_and_kept() {
     std::fs::write(folder.join("metals/heavy.toml"), &heavy).unwrap();
     let run = |material: &str, name: &str| {
         let out = folder.join(name);
-        let ran = chain::run(&job(folder, material), Some(&out), folder, &Silent).unwrap();
+        let ran = chain::run(&job(folder, material), At(&out), &Silent).unwrap();
         (out, ran)
     };
     let (titanium, plain) = run("ti6al4v-ebm", "titanium");
@@ -63,7 +64,8 @@ fn a_material_of_ones_own_is_used_and_kept() {
     // drawn again from its folder alone
     std::fs::remove_dir_all(folder.join("metals")).unwrap();
     let voxels = own.join("series/voxels.csv");
-    let same = compare::compare(&own, Some(&voxels), None, &folder.join("same"), &Silent).unwrap();
+    let same =
+        compare::compare(&own, Some(&voxels), NextIn(&folder.join("same")), &Silent).unwrap();
     assert!(same.parts[0].apart.worst.difference().abs() < 0.1);
 }
 
@@ -74,7 +76,7 @@ fn what_is_no_material_is_named_in_its_place() {
     let refused = |material: &str| {
         let file = job(folder, material);
         let text = std::fs::read_to_string(&file).unwrap();
-        let error = chain::run(&file, None, folder, &Silent).unwrap_err();
+        let error = chain::run(&file, NextIn(folder), &Silent).unwrap_err();
         foretold(&error, &file);
         let place = format!("{error:?}");
         let at = text.find(&format!("\"{material}\"")).unwrap();

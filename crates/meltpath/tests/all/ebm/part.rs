@@ -1,11 +1,12 @@
 //! A layer of a part drawn by the electron beam: cut, scaled, hatched, over the metal and the powder that lie below it.
 use std::path::{Path, PathBuf};
 
-use crate::support::{plan_of, says};
+use crate::support::{plan_of, says, write};
 use meltpath::chain;
 use meltpath::chain::RunError;
 use meltpath::ebm::plan::region::Below;
 use meltpath::ebm::simulate::{Outcome, simulate};
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};
 
@@ -17,13 +18,8 @@ fn bridge() -> PathBuf {
 
 fn job(folder: &Path, extra: &str) -> PathBuf {
     std::fs::copy(bridge(), folder.join("bridge.step")).unwrap();
-    let file = folder.join("job.toml");
-    std::fs::write(
-        &file,
-        super::previewed(&format!("part = \"bridge.step\"\n{JOB}{extra}")),
-    )
-    .unwrap();
-    file
+    let text = format!("part = \"bridge.step\"\n{JOB}{extra}");
+    write(folder, "job.toml", super::previewed(&text))
 }
 
 #[test]
@@ -53,7 +49,7 @@ fn a_layer_of_a_part_is_drawn_over_metal_and_powder() {
     assert!(plan.below.is_metal([6.0, 0.0]) && !plan.below.is_metal([0.0, 0.0]));
 
     let out = dir.path().join("out");
-    let first = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let first = chain::run(&file, At(&out), &Silent).unwrap();
     let report = std::fs::read_to_string(first.folder.join("report.html")).unwrap();
     says(
         &report,
@@ -127,7 +123,7 @@ fn a_section_that_is_not_there_is_refused_where_it_is_written() {
     ] {
         let file = job(dir.path(), extra);
         let out = dir.path().join("out");
-        let refused = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap_err();
+        let refused = chain::run(&file, At(&out), &Silent).unwrap_err();
         assert!(refused.to_string().contains(told), "{refused}");
         assert!(!out.exists());
     }
@@ -149,7 +145,7 @@ fn stopping_while_the_part_is_read_is_no_fault_of_the_job() {
     let dir = tempfile::tempdir().unwrap();
     let file = job(dir.path(), "");
     let out = dir.path().join("out");
-    let stopped = chain::run(&file, Some(&out), dir.path(), &Stopped).unwrap_err();
+    let stopped = chain::run(&file, At(&out), &Stopped).unwrap_err();
     assert!(matches!(stopped, RunError::Cancelled(_)), "{stopped}");
     assert!(!out.exists());
 }

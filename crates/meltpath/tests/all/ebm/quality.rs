@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::Silent;
 
 /// Columns of a CSV by their heads, rows as written.
@@ -26,7 +27,7 @@ fn table(file: &Path, wanted: &[&str]) -> Vec<Vec<f64>> {
 fn drawn(folder: &Path, name: &str, job: &str) -> PathBuf {
     let file = write(folder, format!("{name}.toml"), super::previewed(job));
     let out = folder.join(name);
-    chain::run(&file, Some(&out), folder, &Silent).unwrap();
+    chain::run(&file, At(&out), &Silent).unwrap();
     out
 }
 

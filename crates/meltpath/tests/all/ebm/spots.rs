@@ -1,24 +1,20 @@
 //! Spots through jobs: their times are learned on charts and on the reference solver; what has no spots is refused.
 use std::path::Path;
 
-use crate::support::{plan_of, refusal, says};
+use crate::support::{plan_of, refusal, says, write};
 use meltpath::chain;
 use meltpath::ebm::simulate::simulate;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Reporter, Silent};
 use meltpath_thermal::criteria::Class;
 
 const REGION: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"1.5 mm\", \"1.5 mm\"], [\"0 mm\", \"1.5 mm\"]]\n";
 
 fn job(folder: &Path, strategy: &str, optimise: &str) -> std::path::PathBuf {
-    let file = folder.join("job.toml");
     let hatch =
         format!("[hatch]\nstrategy = \"{strategy}\"\n[window]\nbody = [\"3 mm\", \"2 mm\"]\n");
-    std::fs::write(
-        &file,
-        super::previewed(&format!("{REGION}{hatch}[optimise]\n{optimise}")),
-    )
-    .unwrap();
-    file
+    let text = format!("{REGION}{hatch}[optimise]\n{optimise}");
+    write(folder, "job.toml", super::previewed(&text))
 }
 
 /// Predicted and learned on the reference solver: the window is reached where it was not, by times that differ from spot to spot.
@@ -46,7 +42,7 @@ fn times_of_spots_are_found_through_a_job() {
     // the report of a shorter search tells as much
     let file = job(dir.path(), "spots", &how(1));
     let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let outcome = chain::run(&file, At(&out), &Silent).unwrap();
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("Time on each spot") && report.contains("distance to the contour"));
     assert!(!outcome.verdict.checks.is_empty());
@@ -60,7 +56,7 @@ fn times_of_spots_are_learned_on_charts() {
         "spots",
         "method = \"learning\"\nchange = \"dwell\"\nrounds = 4\n",
     );
-    let outcome = chain::run(&file, Some(&dir.path().join("out")), dir.path(), &Silent);
+    let outcome = chain::run(&file, At(&dir.path().join("out")), &Silent);
     let report = std::fs::read_to_string(dir.path().join("out/report.html")).unwrap();
     assert!(outcome.is_ok() && report.contains("Time on each spot"));
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::support::{rows, says, warned, write};
 use meltpath::job::{Job, parse};
+use meltpath::outcome::RunFolder::NextIn;
 use meltpath_base::{Silent, Status};
 
 const JOB: &str = r#"
@@ -30,7 +31,7 @@ fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outco
     let Job::Lpbf(parsed) = parse(job).map_err(|e| e[0].to_string())? else {
         return Err("this is no scan-head job".to_owned());
     };
-    meltpath::lpbf::run(&file, &parsed, job, None, &place.join("runs"), &Silent)
+    meltpath::lpbf::run(&file, &parsed, job, NextIn(&place.join("runs")), &Silent)
         .map_err(|e| e.to_string())
 }
 

@@ -52,10 +52,16 @@ fn printed_forms_of_the_geometry_are_keys_of_head_files() {
         ("\"printed\"", "\"minus\"", "\"traced\", \"printed\""),
         ("\"thesis\"", "\"both\"", "\"exact\", \"thesis\""),
     ] {
-        fs::write(dir.path().join("odd.toml"), printed.replace(from, to)).unwrap();
-        let error = refused(dir.path(), &job("odd.toml", "industrial", recipe));
-        assert!(error.contains(words), "{error}");
+        odd_head(dir.path(), &printed.replace(from, to), words);
     }
+}
+
+/// A file of a head is refused with these words.
+fn odd_head(folder: &Path, text: &str, words: &str) {
+    fs::write(folder.join("odd.toml"), text).unwrap();
+    let job = job("odd.toml", "industrial", "delays = \"recipe\"");
+    let error = refused(folder, &job);
+    assert!(error.contains(words), "{error}");
 }
 
 /// Friction laws of head files: bristles that hold the resting mirror less let it come nearer to its set-point.
@@ -112,9 +118,7 @@ fn friction_laws_are_keys_of_head_files() {
         (biased, "x.bias is of the Coulomb law alone"),
         (missing, "slow"),
     ] {
-        fs::write(dir.path().join("odd.toml"), text).unwrap();
-        let error = refused(dir.path(), &job("odd.toml", "industrial", delays));
-        assert!(error.contains(words), "{error}");
+        odd_head(dir.path(), &text, words);
     }
 }
 

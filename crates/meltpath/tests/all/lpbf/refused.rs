@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::Silent;
 
 use super::{INDUSTRIAL, THREE};
@@ -46,7 +47,7 @@ impl Job<'_> {
     fn refused(&self, folder: &Path) -> String {
         let path = self.write(folder);
         let out = folder.join("out");
-        let error = chain::run(&path, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
+        let error = chain::run(&path, At(&out), &Silent).unwrap_err();
         assert!(!out.exists(), "nothing is left behind");
         if self.told_before {
             let before = chain::doctor(&path, &Silent).unwrap().refused.unwrap();
@@ -59,7 +60,7 @@ impl Job<'_> {
     fn verdict(&self, folder: &Path, name: &str) -> String {
         let path = self.write(folder);
         let out = folder.join(name);
-        chain::run(&path, Some(&out), &folder.join("runs"), &Silent).unwrap();
+        chain::run(&path, At(&out), &Silent).unwrap();
         fs::read_to_string(out.join("verdict.json")).unwrap()
     }
 }
@@ -232,9 +233,7 @@ fn tuned_delays_light_every_mark_and_others_are_foretold() {
     {
         let path = job(head, "tuned", side);
         let out = dir.path().join(format!("lit-{k}"));
-        let verdict = chain::run(&path, Some(&out), dir.path(), &Silent)
-            .unwrap()
-            .verdict;
+        let verdict = chain::run(&path, At(&out), &Silent).unwrap().verdict;
         let dark = verdict.checks.iter().find(|c| c.id.starts_with("dark"));
         assert!(dark.is_none(), "{head} {side}: {dark:?}");
     }

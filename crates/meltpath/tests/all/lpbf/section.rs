@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use meltpath::chain;
+use meltpath::outcome::RunFolder::At;
 use meltpath_base::Silent;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::{DVec2, DVec3};
@@ -241,7 +242,7 @@ fn parts_that_cannot_be_marked_are_refused_at_their_place() {
         let text = job(part, more);
         fs::write(&path, &text).unwrap();
         let out = dir.path().join("out");
-        let error = chain::run(&path, Some(&out), &dir.path().join("runs"), &Silent).unwrap_err();
+        let error = chain::run(&path, At(&out), &Silent).unwrap_err();
         assert!(!out.exists(), "nothing is left behind");
         let said = error.to_string();
         assert!(said.contains(words), "{part} {more}: {said}");

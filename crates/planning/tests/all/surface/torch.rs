@@ -1,7 +1,7 @@
 //! How the torch is held along passes on the torus, and what becomes of the passes in a toolpath.
 
 use super::*;
-use meltpath_planning::surface::{SurfacePoint, Torch, TorchRule, layers, tilts, torch_axes};
+use meltpath_planning::surface::{SurfacePoint, layers, tilts, torch_axes};
 
 fn passes() -> Vec<SurfacePass> {
     planned(SurfaceStrategy::Distance)
@@ -24,7 +24,7 @@ fn turned(angle: f64) -> DVec3 {
 
 #[test]
 fn the_rules_of_the_source_hold_on_the_torus() {
-    let torch = Torch::upwards;
+    let torch = upwards;
     each(&torch(TorchRule::Half), |uv, axis| {
         assert!(axis.distance(turned(0.5 * uv.x)) < 1e-9);
     });
@@ -41,14 +41,14 @@ fn the_torch_leans_no_farther_than_it_may() {
     let most = 20_f64.to_radians();
     let torch = Torch {
         greatest_tilt: most,
-        ..Torch::upwards(TorchRule::Half)
+        ..upwards(TorchRule::Half)
     };
     each(&torch, |uv, axis| {
         assert!(axis.distance(turned(most.min(0.5 * uv.x))) < 1e-9);
     });
     let tilt = tilts(&passes(), &torch).unwrap();
     assert!((tilt.greatest.value - most).abs() < 1e-9);
-    let free = tilts(&passes(), &Torch::upwards(TorchRule::Half)).unwrap();
+    let free = tilts(&passes(), &upwards(TorchRule::Half)).unwrap();
     assert!(
         free.greatest.value > 44_f64.to_radians() && free.greatest.value <= 45_f64.to_radians()
     );
@@ -59,11 +59,11 @@ fn a_torch_that_pushes_points_its_wire_ahead() {
     let lead = 10_f64.to_radians();
     let torch = Torch {
         lead,
-        ..Torch::upwards(TorchRule::Tangent)
+        ..upwards(TorchRule::Tangent)
     };
     for pass in passes() {
         let axes = torch_axes(&pass, &torch);
-        let plain = torch_axes(&pass, &Torch::upwards(TorchRule::Tangent));
+        let plain = torch_axes(&pass, &upwards(TorchRule::Tangent));
         for (i, pair) in pass.points.windows(2).enumerate() {
             // the wire runs against the axis
             let ahead = pair[1].position - pair[0].position;
@@ -78,7 +78,7 @@ fn a_torch_that_pushes_points_its_wire_ahead() {
 #[test]
 fn passes_become_layers_with_the_torch_at_every_point() {
     let passes = passes();
-    let layers = layers(&passes, &Torch::upwards(TorchRule::Half), STEP);
+    let layers = layers(&passes, &upwards(TorchRule::Half), STEP);
     assert_eq!(layers.len(), 20);
     let mut ids = Vec::new();
     for layer in &layers {
@@ -123,7 +123,7 @@ fn a_torch_turns_evenly_at_a_kink() {
     };
     let torch = Torch {
         even: 8.0,
-        ..Torch::upwards(TorchRule::Tangent)
+        ..upwards(TorchRule::Tangent)
     };
     let axes = torch_axes(&pass, &torch);
     let angle = |i: usize| axes[i].y.atan2(axes[i].z);
@@ -139,7 +139,7 @@ fn a_torch_turns_evenly_at_a_kink() {
 fn an_even_torch_knows_no_seam() {
     let torch = Torch {
         even: 6.0,
-        ..Torch::upwards(TorchRule::Half)
+        ..upwards(TorchRule::Half)
     };
     let pass = passes().into_iter().find(SurfacePass::is_closed).unwrap();
     let mut turned = pass.clone();
@@ -152,7 +152,7 @@ fn an_even_torch_knows_no_seam() {
         assert!(a[third + i].distance(b[i]) < 1e-9);
     }
     // what is even already is hardly changed
-    let own = torch_axes(&pass, &Torch::upwards(TorchRule::Half));
+    let own = torch_axes(&pass, &upwards(TorchRule::Half));
     for (even, own) in a.iter().zip(own) {
         assert!(even.distance(own) < 1e-3);
     }
