@@ -36,6 +36,7 @@ pub mod surface;
 pub mod target;
 mod tube;
 pub mod wanted;
+mod woven;
 
 pub use error::WaamError;
 pub use foreign::simulate_program;

@@ -12,6 +12,7 @@ mod coordination;
 mod error;
 mod partial;
 mod service;
+mod weaving;
 mod wording;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -123,6 +124,7 @@ pub fn build(
         layer: None,
         highest: f64::NEG_INFINITY,
         place: None,
+        weave: 0,
         beads: BTreeMap::new(),
     };
     let skipped = settings.from.map_or(Ok(0), |at| before(toolpath, at))?;
@@ -177,6 +179,8 @@ struct Builder<'a> {
     highest: f64,
     /// Where the tool is.
     place: Option<Point>,
+    /// The weave that is on, by its number in the toolpath; 0 for none.
+    weave: u32,
     /// Beads of each layer so far.
     beads: BTreeMap<u32, u32>,
 }
@@ -380,6 +384,9 @@ impl Builder<'_> {
                     );
                 }
             }
+            if pass.head.role.deposits() {
+                self.swing(pass, &steps[k..]);
+            }
             let next = steps.get(k + 1);
             let stops = !matches!(next, Some(Step::Move { .. }));
             let arc = match (schedule, steps[k + 1..].iter().find_map(moved)) {
@@ -512,6 +519,7 @@ impl Builder<'_> {
             let on = self.wording.word(ArcAction::Start, schedule);
             self.strike(start, on);
             self.follow(pass, &steps, Some(schedule));
+            self.set_weave(0);
             self.highest = self.highest.max(top + self.growth(pass));
             self.leave();
             self.count(pass);

@@ -195,7 +195,7 @@ impl From<PathSpeedUnit> for SpeedUnit {
 }
 
 impl WeaveSchedule {
-    fn weave(&self) -> Weave {
+    pub(crate) fn weave(&self) -> Weave {
         Weave {
             shape: *self.shape,
             frequency: self.frequency.0 / std::f64::consts::TAU,

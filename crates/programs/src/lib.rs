@@ -23,6 +23,7 @@ pub mod upkeep;
 pub mod ur_script;
 pub mod val3;
 pub mod vectors;
+mod weave;
 mod written;
 
 pub use build::{

@@ -18,12 +18,14 @@ use meltpath_planning::{
 use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
+use meltpath_toolpath::Weave;
 
 use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead, with_unit};
 use super::judge::{GrowthError, Limits, Remedies};
 use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
 use super::surface;
+use super::woven::{self, Woven};
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
     BeadTable, ChecksTable, ExternalChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
@@ -50,8 +52,10 @@ pub struct Settings {
     pub energy: Option<EnergyPerVolume>,
     /// The process map.
     pub map: ProcessMap,
-    /// The single bead on a plate.
+    /// The single bead on a plate; the woven one where beads are woven.
     pub bead: Bead,
+    /// How the torch swings about its path in beads.
+    pub weave: Option<Weave>,
     /// The bead as the deposit takes it.
     pub bead_model: BeadModel,
     /// The pool that lays it.
@@ -147,12 +151,28 @@ pub fn resolve(
         own,
     } = process;
     let programs = programs(job, robot.as_ref(), &cell);
-    let (bead, step, programs) = sound(job, &map, programs)?;
+    let Sound {
+        bead,
+        woven,
+        step,
+        programs,
+    } = sound(job, &map, programs)?;
     map.warn_about(&bead, reporter);
     tell_bead(&waam.bead, &bead, &map.id, &mut r);
+    // metal is laid along the woven path by the pool of the bead that is not woven
     let bead_model = bead.model(&map);
     let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
     let pool = process::pool(&pools, &bead, &bead_model);
+    let bead = woven.map_or(bead, |w| w.bead);
+    if let (Some(said), Some(woven)) = (&*waam.bead.weave, &woven) {
+        woven::followed(
+            &waam.bead.weave,
+            &woven.weave,
+            cell.motion.as_ref(),
+            reporter,
+        )?;
+        woven::tell(said, woven, &mut r);
+    }
     let width = bead.width.value;
     r.value(
         &job.fill.stepover.name,
@@ -181,6 +201,7 @@ pub fn resolve(
         mode: waam.mode.value.clone(),
         energy,
         bead,
+        weave: woven.map(|w| w.weave),
         bead_model,
         pool,
         borrowed,
@@ -219,12 +240,22 @@ pub fn resolve(
     })
 }
 
+/// What a plan is made with.
+struct Sound {
+    /// The bead that is not woven.
+    bead: Bead,
+    woven: Option<Woven>,
+    /// Distance of neighbouring beads, mm.
+    step: Resolved<f64>,
+    programs: Vec<Dialect>,
+}
+
 /// The bead, the stepover and the programs, where none of them, nor the heights of layers, is wrong.
 fn sound(
     job: &WaamJob,
     map: &ProcessMap,
     programs: Result<Vec<Dialect>, Problem>,
-) -> Result<(Bead, Resolved<f64>, Vec<Dialect>), Vec<Problem>> {
+) -> Result<Sound, Vec<Problem>> {
     let (programs, mut problems) = match programs {
         Ok(programs) => (programs, Vec::new()),
         Err(problem) => (Vec::new(), vec![problem]),
@@ -236,12 +267,33 @@ fn sound(
             return Err(problems);
         }
     };
-    let width = bead.width.value;
+    let woven = match woven::woven(&job.waam.bead.weave, &bead) {
+        Ok(woven) => woven,
+        Err(problem) => {
+            problems.push(problem);
+            return Err(problems);
+        }
+    };
+    if woven.is_some() && job.surface.is_some() {
+        let weave = &job.waam.bead.weave;
+        let message = format!(
+            "{} and [surface] stand together: passes along a surface are planned without a weave",
+            weave.name
+        );
+        problems.push(weave.problem(message).help("take one of them out"));
+    }
+    let planned = woven.as_ref().map_or(&bead, |w| &w.bead);
+    let width = planned.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
-    problems.extend(check_heights(&job.layers.height, &bead).err());
+    problems.extend(check_heights(&job.layers.height, planned).err());
     problems.extend(check_stepover(&job.fill.stepover, step.value, width).err());
     if problems.is_empty() {
-        Ok((bead, step, programs))
+        Ok(Sound {
+            bead,
+            woven,
+            step,
+            programs,
+        })
     } else {
         Err(problems)
     }

@@ -27,3 +27,4 @@ mod templates;
 mod tune;
 mod verdicts;
 mod walls;
+mod woven;

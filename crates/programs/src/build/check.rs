@@ -39,12 +39,7 @@ impl Builder<'_> {
                 return fail("an external axis", value, "finite");
             }
         }
-        if let Some((_, event)) = pass.events().next() {
-            return Err(BuildError::Event {
-                pass: pass.place(),
-                event,
-            });
-        }
+        self.check_weaves(pass)?;
         let Some(profile) = self.toolpath.profiles.get(usize::from(pass.head.profile)) else {
             let index = f64::from(pass.head.profile);
             return fail("its profile", index, "one of the toolpath's");

@@ -17,15 +17,27 @@ pub enum BuildError {
         /// What it must be.
         wanted: &'static str,
     },
-    /// Something happens within a pass that these programs cannot say.
+    /// Something happens within a pass that the toolpath does not tell.
     #[error(
-        "{pass}: {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
+        "{pass}: {event:?} is not among the weaves of the toolpath; write it whole, or leave the event out"
     )]
     Event {
         /// Which.
         pass: PassPlace,
         /// What happens.
         event: Event,
+    },
+    /// A weave that has no words.
+    #[error("{pass}: {what} cannot be written for {dialect}: {remedy}")]
+    Weave {
+        /// Which.
+        pass: PassPlace,
+        /// What has no words.
+        what: &'static str,
+        /// The dialect.
+        dialect: &'static str,
+        /// What to do.
+        remedy: &'static str,
     },
     /// More wire feeds than schedules.
     #[error(

@@ -3,6 +3,7 @@
 use meltpath_toolpath::Toolpath;
 
 use super::error::BuildError;
+use super::weaving::is_of_weave;
 use crate::program::{Instruction, Program};
 
 /// Where programs begin anew: a bead that is struck afresh.
@@ -50,12 +51,12 @@ pub fn laid_from(toolpath: &Toolpath, from: Option<Restart>) -> Result<f64, Buil
         .sum())
 }
 
-/// Takes the arc out of programs: what is left moves as they do.
+/// Takes arc and weaves out of programs: what is left moves as they do.
 pub fn dry_run(programs: &mut [Program]) {
     for program in programs {
         program
             .instructions
-            .retain(|i| !matches!(i, Instruction::Arc(_)));
+            .retain(|i| !matches!(i, Instruction::Arc(_)) && !is_of_weave(i));
         for instruction in &mut program.instructions {
             if let Instruction::Motion(motion) = instruction {
                 motion.arc = None;

@@ -11,3 +11,4 @@ mod logic;
 mod others;
 mod source;
 mod told;
+mod weaving;
