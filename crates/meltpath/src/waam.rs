@@ -32,6 +32,7 @@ pub mod record;
 pub mod run;
 pub mod settings;
 pub mod simulate;
+mod sound;
 pub mod surface;
 pub mod target;
 mod tube;

@@ -113,8 +113,11 @@ pub fn build(
         wording,
         settings,
         reporter,
-        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment)
-            .coordinated(coordination.as_ref().map(|c| c.positioner)),
+        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment).coordinated(
+            coordination
+                .as_ref()
+                .map_or((None, None), |c| (c.track, c.positioner)),
+        ),
         coordination,
         schedules: Vec::new(),
         told: BTreeSet::new(),
@@ -152,7 +155,7 @@ pub fn build(
 struct Point {
     position: DVec3,
     wpr: [f64; 3],
-    /// The positioner's axes, deg.
+    /// Track and positioner's axes, mm and deg.
     axes: [f64; MOST_AXES],
 }
 
@@ -163,7 +166,7 @@ struct Builder<'a> {
     settings: &'a BuildSettings,
     reporter: &'a Reporter,
     assembly: Assembly<'a>,
-    /// How the positioner moves with the arm, where it does.
+    /// What moves with the arm, where something does.
     coordination: Option<Coordination<'a>>,
     schedules: Vec<Schedule>,
     /// Numbers of those that a comment tells.
@@ -269,9 +272,14 @@ impl Builder<'_> {
         let target = self.target(point);
         self.place = Some(point);
         let extra = match (&self.coordination, &kind, self.settings.dialect) {
-            (Some(_), MotionKind::Linear | MotionKind::Circular { .. }, Dialect::FanucLs) => {
-                vec!["COORD".to_owned()]
-            }
+            (
+                Some(Coordination {
+                    positioner: Some(_),
+                    ..
+                }),
+                MotionKind::Linear | MotionKind::Circular { .. },
+                Dialect::FanucLs,
+            ) => vec!["COORD".to_owned()],
             _ => Vec::new(),
         };
         self.assembly.push(Instruction::Motion(MotionInstruction {
@@ -281,7 +289,12 @@ impl Builder<'_> {
         }));
     }
 
-    /// The position of a point, with the axes that turn the part.
+    /// How many external axes carry the arm, before those that turn the part.
+    fn slides(&self) -> usize {
+        self.coordination.as_ref().map_or(0, Coordination::slides)
+    }
+
+    /// The position of a point, with the axes that move with the arm.
     fn target(&mut self, point: Point) -> PositionRef {
         let Some(coordination) = &self.coordination else {
             return self.assembly.point(point.position, point.wpr, &[]);
@@ -304,7 +317,7 @@ impl Builder<'_> {
             wpr: pass
                 .axis(i)
                 .map_or(default, |axis| wpr_of_axis(default, axis)),
-            axes: axes_at(pass, i),
+            axes: axes_at(pass, i, self.slides()),
         };
         pass.points.iter().enumerate().map(at).collect()
     }
@@ -340,7 +353,10 @@ impl Builder<'_> {
                     round.map(|_| Point {
                         position,
                         wpr: self.between(pass, index),
-                        axes: halfway(axes_at(pass, index), axes_at(pass, index + 1)),
+                        axes: halfway(
+                            axes_at(pass, index, self.slides()),
+                            axes_at(pass, index + 1, self.slides()),
+                        ),
                     })
                 }
                 Move::Line | Move::Spot { .. } => None,

@@ -19,6 +19,7 @@ pub mod rapid;
 pub mod reading;
 mod scan;
 mod template;
+pub mod track;
 pub mod upkeep;
 pub mod ur_script;
 pub mod val3;

@@ -95,19 +95,16 @@ pub(super) fn woven(
     }))
 }
 
-/// Refuses a swing that the controller's filters would take away, where they are known, and tells what they leave of it.
+/// Refuses a swing that the controller's filters would take away, and tells what they leave of it.
 ///
 /// # Errors
 /// [`Problem`] where they leave less than half.
-pub(super) fn followed(
-    table: &Setting<Option<WeaveTable>>,
+fn followed(
+    said: &WeaveTable,
     weave: &Weave,
-    controller: Option<&Controller>,
+    controller: &Controller,
     reporter: &Reporter,
 ) -> Result<(), Problem> {
-    let (Some(said), Some(controller)) = (&**table, controller) else {
-        return Ok(());
-    };
     let share = reached(weave, controller);
     let [t1, t2] = [&controller.t1, &controller.t2].map(|t| 1e3 * t.value.0);
     if share < LEAST_REACHED {
@@ -133,24 +130,32 @@ pub(super) fn followed(
     Ok(())
 }
 
-/// Records what the plan takes a woven bead for.
-pub(super) fn tell(said: &WeaveTable, woven: &Woven, r: &mut Provenance) {
-    let wide = Resolved::new(
-        Length(woven.bead.width.value),
-        if said.bead_width.is_written() {
-            Origin::Job
-        } else {
-            let rule = "bead that is not woven and the swing to both sides: an assumption of our own, no woven bead was measured";
-            Origin::Computed(rule.to_owned())
-        },
-    );
-    r.value(&said.bead_width.name, wide);
+/// Records what the plan takes a woven bead for, and tells what the controller may leave of the swing.
+///
+/// # Errors
+/// [`Problem`] where its filters would take the swing away.
+pub(super) fn tell(
+    table: &Setting<Option<WeaveTable>>,
+    woven: Option<&Woven>,
+    controller: Option<&Controller>,
+    (reporter, r): (&Reporter, &mut Provenance),
+) -> Result<(), Problem> {
+    let (Some(said), Some(woven)) = (&**table, woven) else {
+        return Ok(());
+    };
+    if let Some(controller) = controller {
+        followed(said, &woven.weave, controller, reporter)?;
+    }
+    let rule = "bead that is not woven and the swing to both sides: an assumption of our own, no woven bead was measured";
+    let wide = if said.bead_width.is_written() {
+        Origin::Job
+    } else {
+        Origin::Computed(rule.to_owned())
+    };
+    let (width, height) = (woven.bead.width.value, woven.bead.height.value);
+    r.value(&said.bead_width.name, Resolved::new(Length(width), wide));
     let high = "the same metal under a parabola of the woven bead's width";
-    r.value(
-        "waam.bead.weave.bead_height",
-        Resolved::new(
-            Length(woven.bead.height.value),
-            Origin::Computed(high.to_owned()),
-        ),
-    );
+    let high = Resolved::new(Length(height), Origin::Computed(high.to_owned()));
+    r.value("waam.bead.weave.bead_height", high);
+    Ok(())
 }

@@ -13,13 +13,20 @@ const SINE: &str =
     "shape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\ndwell_right = \"0.1 s\"\n";
 const ZIGZAG: &str = "shape = \"triangle\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\n";
 
+/// A folder after which programs are called.
+fn home(folder: &Path) -> PathBuf {
+    let home = folder.join("job");
+    std::fs::create_dir(&home).unwrap();
+    home
+}
+
 /// Two layers of the thin wall, woven, with further tables.
 fn job(folder: &Path, weave: &str, tables: &str) -> PathBuf {
     thin_wall(
         folder,
         &format!(
             "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.5 m/min\"\n[waam.bead.weave]\n{weave}\
-             [layers]\ncount = 2\n[simulation]\ncell = \"1 mm\"\n{tables}"
+             [layers]\ncount = 2\n[target]\nallowance = \"6 mm\"\n[simulation]\ncell = \"1 mm\"\n{tables}"
         ),
     )
 }
@@ -38,7 +45,7 @@ fn undecided(verdict: &Verdict) {
 #[test]
 fn a_woven_job_is_written_driven_and_not_decided() {
     let dir = tempfile::tempdir().unwrap();
-    let job = job(dir.path(), SINE, "");
+    let job = job(&home(dir.path()), SINE, "");
     let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
     undecided(&outcome.verdict);
     assert!(warned(&outcome.verdict, "weave-damped"));
@@ -89,24 +96,17 @@ fn a_woven_job_is_written_driven_and_not_decided() {
 /// The plan takes a woven bead for wider: fewer of them fill a block, and they lie farther apart.
 #[test]
 fn woven_beads_lie_farther_apart() {
-    let lines = |weave: &str| {
+    let step = |weave: &str| -> f64 {
         let dir = tempfile::tempdir().unwrap();
-        let job = job(dir.path(), weave, "");
-        let doctor = meltpath::chain::doctor(&job, &Silent).unwrap();
-        let parameters = doctor.provenance.parameters;
-        let found = parameters.iter().find(|p| p.name == "fill.stepover");
-        format!("{:?}", found.unwrap())
+        let doctor = meltpath::chain::doctor(&job(dir.path(), weave, ""), &Silent).unwrap();
+        let told = doctor.lines.iter().flat_map(|l| l.lines());
+        let mut told = told.filter_map(|l| l.trim().strip_prefix("stepover = "));
+        let words = told.next().unwrap().split(' ').next();
+        words.unwrap().parse().unwrap()
     };
-    let steps = |text: &str| -> f64 {
-        let digits = text.split(|c: char| !(c.is_ascii_digit() || c == '.'));
-        digits
-            .filter_map(|d| d.parse().ok())
-            .find(|v: &f64| *v > 0.0)
-            .unwrap()
-    };
-    let near = steps(&lines(SINE));
-    let far = steps(&lines(&SINE.replace("2 mm", "3 mm")));
-    let told = steps(&lines(&format!("{SINE}bead_width = \"9 mm\"\n")));
+    let near = step(SINE);
+    let far = step(&SINE.replace("2 mm", "3 mm"));
+    let told = step(&format!("{SINE}bead_width = \"9 mm\"\n"));
     assert!((far - near - 2.0 * 0.7378).abs() < 0.02, "{near} {far}");
     assert!((told - 9.0 * 0.7378).abs() < 0.02, "{told}");
 }
@@ -117,9 +117,10 @@ fn a_zigzag_is_written_for_three_makers_and_read_back() {
     let words =
         cell("kuka-krl").replace("[program.krl]", "[program.krl]\nweave_amplitude = \"side\"");
     let listed = "[[program.weave]]\nnumber = 5\nshape = \"triangle\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\n";
-    write(dir.path(), "cell.toml", words + listed);
+    let home = home(dir.path());
+    write(&home, "cell.toml", words + listed);
     let job = job(
-        dir.path(),
+        &home,
         ZIGZAG,
         "[machine]\ncell = \"cell.toml\"\n[output]\nprograms = [\"kuka-krl\", \"abb-rapid\", \"fanuc-ls\"]\n",
     );

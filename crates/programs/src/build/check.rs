@@ -31,7 +31,7 @@ impl Builder<'_> {
                 return fail(
                     "the number of external axes that a point says",
                     other as f64,
-                    "that of the cell's positioner (program.positioner.axis)",
+                    "that of the cell's track and positioner (program.track, program.positioner.axis)",
                 );
             }
             let mut external = (0..pass.points.len()).flat_map(|i| pass.external(i).flatten());

@@ -108,6 +108,11 @@ pub enum BuildError {
         "the toolpath turns the part by external axes, and programs for {0} that move them with the arm are not written: write them for FANUC, KUKA or ABB, or let the part lie still"
     )]
     Positioner(&'static str),
+    /// A controller for which no words for a track are written.
+    #[error(
+        "the toolpath moves the arm along a track, and programs for {0} that tell it are not written: {1}; write them for FANUC, KUKA or ABB with a user frame that stands, or let the track rest (machine.external)"
+    )]
+    Track(&'static str, &'static str),
     /// Nothing to do.
     #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
     Empty,

@@ -3,8 +3,8 @@
 use meltpath_toolpath::Toolpath;
 
 use super::error::BuildError;
-use super::weaving::is_of_weave;
 use crate::program::{Instruction, Program};
+use crate::weave::is_of_weave;
 
 /// Where programs begin anew: a bead that is struck afresh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

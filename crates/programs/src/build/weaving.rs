@@ -28,17 +28,6 @@ fn same(a: &Weave, b: &Weave) -> bool {
     a.shape == b.shape && values(a).into_iter().zip(values(b)).all(near)
 }
 
-/// Whether an instruction begins or ends a weave.
-pub(super) fn is_of_weave(instruction: &Instruction) -> bool {
-    match instruction {
-        Instruction::Weave(_) => true,
-        Instruction::Raw(text) => ["Weave ", "WVON ", "WVOF"]
-            .iter()
-            .any(|w| text.starts_with(w)),
-        _ => false,
-    }
-}
-
 impl Wording<'_> {
     /// What begins a weave.
     ///

@@ -387,20 +387,6 @@ impl Routine {
             (_, Some(via)) => MotionKind::Circular { via },
             _ => MotionKind::Linear,
         };
-        let zigzag = switch(&told, "Weave").and_then(|name| {
-            let known = known.zigzags.get(&name.to_ascii_lowercase()).copied();
-            known.or_else(|| data::zigzag(&data::value(name)?))
-        });
-        // a path that is woven in an unknown way or tracked is not the one written
-        for word in ["Weave", "Track"] {
-            let said = stage.is_some() && told.iter().any(|s| strip_prefix(s, word).is_some());
-            if said && !(word == "Weave" && zigzag.is_some()) {
-                self.out.keep(&format!(
-                    "\\{word} {}",
-                    switch(&told, word).unwrap_or_default()
-                ));
-            }
-        }
         let listed = |name: &str, map: &BTreeMap<String, f64>, read: fn(&Value) -> Option<f64>| {
             let known = map.get(&name.to_ascii_lowercase()).copied();
             known.or_else(|| read(&data::value(name)?))
@@ -438,11 +424,11 @@ impl Routine {
                 value: seam.to_owned(),
             });
         }
-        let swings = zigzag.zip(laid.as_ref().map(|weld| weld.speed));
-        let swings = swings.filter(|(_, speed)| speed.is_finite());
-        let swings = swings.map(|(zigzag, speed)| zigzag.at(speed));
-        if matches!(stage, Some(Stage::Goes | Stage::End)) {
-            self.swing(swings);
+        if stage.is_some() {
+            let swings = self.woven(&told, laid.as_ref().map(|weld| weld.speed), known);
+            if stage != Some(Stage::Start) {
+                self.swing(swings);
+            }
         }
         let arc = self.arc(stage, laid);
         self.out.push(Instruction::Motion(MotionInstruction {
@@ -454,6 +440,26 @@ impl Routine {
             self.swing(None);
         }
         Some(())
+    }
+
+    /// The weave of a move that lays metal at a speed, mm/s; what is not known of its path is kept.
+    fn woven(&mut self, told: &[&str], speed: Option<f64>, known: &Declared) -> Option<Weave> {
+        let zigzag = switch(told, "Weave").and_then(|name| {
+            let known = known.zigzags.get(&name.to_ascii_lowercase()).copied();
+            known.or_else(|| data::zigzag(&data::value(name)?))
+        });
+        // a path that is woven in an unknown way or tracked is not the one written
+        for word in ["Weave", "Track"] {
+            let said = told.iter().any(|s| strip_prefix(s, word).is_some());
+            if said && !(word == "Weave" && zigzag.is_some()) {
+                self.out.keep(&format!(
+                    "\\{word} {}",
+                    switch(told, word).unwrap_or_default()
+                ));
+            }
+        }
+        let speed = speed.filter(|speed| speed.is_finite());
+        zigzag.zip(speed).map(|(zigzag, speed)| zigzag.at(speed))
     }
 
     /// The weave of the moves to come.
