@@ -8,10 +8,13 @@ use meltpath::waam::{read_toolpath, run, simulate_program};
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_toolpath::{Event, Weave, WeaveShape};
 
-const METAL: [&str; 5] = ["lack", "excess", "stock", "flatness", "accumulation"];
+const METAL: [&str; 5] = ["lack", "excess", "stock", "flatness", "height"];
 const SINE: &str =
     "shape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\ndwell_right = \"0.1 s\"\n";
 const ZIGZAG: &str = "shape = \"triangle\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\n";
+
+/// So much beside the wall that woven beads fit into it.
+const WIDE: &str = "[target]\nallowance = \"6 mm\"\n";
 
 /// A folder after which programs are called.
 fn home(folder: &Path) -> PathBuf {
@@ -26,7 +29,7 @@ fn job(folder: &Path, weave: &str, tables: &str) -> PathBuf {
         folder,
         &format!(
             "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.5 m/min\"\n[waam.bead.weave]\n{weave}\
-             [layers]\ncount = 2\n[target]\nallowance = \"6 mm\"\n[simulation]\ncell = \"1 mm\"\n{tables}"
+             [layers]\ncount = 2\n[simulation]\ncell = \"1 mm\"\n{tables}"
         ),
     )
 }
@@ -45,7 +48,7 @@ fn undecided(verdict: &Verdict) {
 #[test]
 fn a_woven_job_is_written_driven_and_not_decided() {
     let dir = tempfile::tempdir().unwrap();
-    let job = job(&home(dir.path()), SINE, "");
+    let job = job(&home(dir.path()), SINE, WIDE);
     let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
     undecided(&outcome.verdict);
     assert!(warned(&outcome.verdict, "weave-damped"));
@@ -98,7 +101,7 @@ fn a_woven_job_is_written_driven_and_not_decided() {
 fn woven_beads_lie_farther_apart() {
     let step = |weave: &str| -> f64 {
         let dir = tempfile::tempdir().unwrap();
-        let doctor = meltpath::chain::doctor(&job(dir.path(), weave, ""), &Silent).unwrap();
+        let doctor = meltpath::chain::doctor(&job(dir.path(), weave, WIDE), &Silent).unwrap();
         let told = doctor.lines.iter().flat_map(|l| l.lines());
         let mut told = told.filter_map(|l| l.trim().strip_prefix("stepover = "));
         let words = told.next().unwrap().split(' ').next();
@@ -122,7 +125,9 @@ fn a_zigzag_is_written_for_three_makers_and_read_back() {
     let job = job(
         &home,
         ZIGZAG,
-        "[machine]\ncell = \"cell.toml\"\n[output]\nprograms = [\"kuka-krl\", \"abb-rapid\", \"fanuc-ls\"]\n",
+        &format!(
+            "{WIDE}[machine]\ncell = \"cell.toml\"\n[output]\nprograms = [\"kuka-krl\", \"abb-rapid\", \"fanuc-ls\"]\n"
+        ),
     );
     let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
     assert_eq!(check(&outcome.verdict, "program").status, Status::Pass);
@@ -163,7 +168,7 @@ fn a_weave_that_makes_no_bead_is_refused_at_its_key() {
         ),
         ("\"2 Hz\"", "\"2.05 Hz\"", "steps of 0.1 Hz"),
     ] {
-        says(&told(&SINE.replace(from, to), ""), &[wanted]);
+        says(&told(&SINE.replace(from, to), WIDE), &[wanted]);
     }
     says(&told(SINE, "[surface]\n"), &["planned without a weave"]);
 }

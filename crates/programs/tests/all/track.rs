@@ -55,7 +55,7 @@ fn plan(turns: bool) -> Toolpath {
     pass.external(0, -250.5);
     pass.line_to(DVec3::new(3000.0, 0.0, 0.0));
     pass.external(0, 2750.0);
-    let via = DVec3::new(3007.071_067, 2.928_933, 0.0);
+    let via = DVec3::new(3_007.071_067, 2.928_933, 0.0);
     pass.go(Move::Arc { via }, DVec3::new(3010.0, 10.0, 0.0));
     pass.external(0, 2760.125);
     if turns {
