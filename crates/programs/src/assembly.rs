@@ -9,6 +9,7 @@ use crate::program::{
     Attribute, Axis, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
     Program,
 };
+use crate::track::Track;
 
 /// Longest comment that the controller shows.
 const COMMENT: usize = 32;
@@ -24,7 +25,8 @@ pub struct Assembly<'a> {
     current: Part,
     /// Instructions that every program begins with.
     head: usize,
-    /// What moves with the arm.
+    /// What carries the arm, and what turns the part.
+    track: Option<&'a Track>,
     positioner: Option<&'a Positioner>,
 }
 
@@ -87,22 +89,33 @@ impl<'a> Assembly<'a> {
             done: Vec::new(),
             current: Part::default(),
             head: 0,
+            track: None,
             positioner: None,
         };
         assembly.begin();
         assembly
     }
 
-    /// With a positioner that moves with the arm; to be called before anything is added.
+    /// With a track and a positioner that move with the arm; to be called before anything is added.
     #[must_use]
-    pub fn coordinated(mut self, positioner: Option<&'a Positioner>) -> Self {
-        self.positioner = positioner;
+    pub fn coordinated(
+        mut self,
+        (track, positioner): (Option<&'a Track>, Option<&'a Positioner>),
+    ) -> Self {
+        (self.track, self.positioner) = (track, positioner);
         self.begin();
         self
     }
 
+    /// The mechanical units that move with the arm, as an ABB calls them.
+    fn units(&self) -> Vec<&'a String> {
+        let track = self.track.and_then(|t| t.unit.as_ref());
+        let positioner = self.positioner.and_then(|p| p.unit.as_ref());
+        track.into_iter().chain(positioner).collect()
+    }
+
     fn begin(&mut self) {
-        self.current.program = empty(self.cell, self.dialect, self.positioner);
+        self.current.program = empty(self.cell, self.dialect, &self.units());
         self.head = self.current.program.instructions.len();
     }
 
@@ -146,10 +159,10 @@ impl<'a> Assembly<'a> {
         self.current.program.instructions.push(instruction);
     }
 
-    /// Adds a point of the part, mm, with W, P, R in degrees, and where the positioner's axes stand there, degrees.
+    /// Adds a point of the part, mm, with W, P, R in degrees, and where track, mm, and positioner's axes, degrees, stand there.
     pub fn point(&mut self, position: DVec3, wpr_degrees: [f64; 3], axes: &[f64]) -> PositionRef {
-        let axes = |name: fn(usize) -> String, unit: &str| -> Vec<Axis> {
-            let named = axes.iter().enumerate().map(|(i, value)| Axis {
+        let named = |values: &[f64], name: fn(usize) -> String, unit: &str| -> Vec<Axis> {
+            let named = values.iter().enumerate().map(|(i, value)| Axis {
                 name: name(i),
                 value: *value,
                 unit: unit.to_owned(),
@@ -159,16 +172,22 @@ impl<'a> Assembly<'a> {
         let (frame, tool) = (Some(*self.cell.user_frame), Some(*self.cell.tool_frame));
         let mut further = None;
         let external = match self.dialect {
-            Dialect::Krl => axes(|i| format!("E{}", i + 1), ""),
-            Dialect::Rapid => axes(|i| format!("eax_{}", char::from(b'a' + i as u8)), ""),
+            Dialect::Krl => named(axes, |i| format!("E{}", i + 1), ""),
+            Dialect::Rapid => named(axes, |i| format!("eax_{}", char::from(b'a' + i as u8)), ""),
             _ => {
+                let slides = usize::from(self.track.is_some()).min(axes.len());
+                let (track, turning) = axes.split_at(slides);
                 further = self.positioner.map(|p| Group {
                     number: *p.group,
                     frame,
                     tool,
-                    coordinates: Coordinates::Joint(axes(|i| format!("J{}", i + 1), "deg")),
+                    coordinates: Coordinates::Joint(named(
+                        turning,
+                        |i| format!("J{}", i + 1),
+                        "deg",
+                    )),
                 });
-                Vec::new()
+                named(track, |i| format!("E{}", i + 1), "mm")
             }
         };
         let index = self.current.program.positions.len() as u32 + 1;
@@ -224,7 +243,7 @@ impl<'a> Assembly<'a> {
         let labels = labels(&parts);
         let mut main = Program {
             name: self.name.clone(),
-            ..empty(cell, self.dialect, positioner)
+            ..empty(cell, self.dialect, &self.units())
         };
         let mut programs = Vec::with_capacity(parts.len() + 1);
         for (part, label) in parts.into_iter().zip(labels) {
@@ -276,7 +295,7 @@ fn named(name: &str, label: &str, length: usize) -> String {
 }
 
 /// What every program begins with.
-fn empty(cell: &CellProgramming, dialect: Dialect, positioner: Option<&Positioner>) -> Program {
+fn empty(cell: &CellProgramming, dialect: Dialect, units: &[&String]) -> Program {
     let frames = [
         Instruction::UserFrame(*cell.user_frame),
         Instruction::ToolFrame(*cell.tool_frame),
@@ -285,9 +304,10 @@ fn empty(cell: &CellProgramming, dialect: Dialect, positioner: Option<&Positione
         Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
         Dialect::Krl => (Vec::new(), krl::opening()),
         Dialect::Rapid => {
-            let unit = positioner.and_then(|p| p.unit.as_ref());
-            let active = unit.map(|unit| Instruction::Raw(format!("ActUnit {unit}")));
-            (Vec::new(), active.into_iter().collect())
+            let active = units
+                .iter()
+                .map(|unit| Instruction::Raw(format!("ActUnit {unit}")));
+            (Vec::new(), active.collect())
         }
         _ => (Vec::new(), Vec::new()),
     };

@@ -12,6 +12,7 @@ mod coordination;
 mod error;
 mod partial;
 mod service;
+mod weaving;
 mod wording;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -112,8 +113,11 @@ pub fn build(
         wording,
         settings,
         reporter,
-        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment)
-            .coordinated(coordination.as_ref().map(|c| c.positioner)),
+        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment).coordinated(
+            coordination
+                .as_ref()
+                .map_or((None, None), |c| (c.track, c.positioner)),
+        ),
         coordination,
         schedules: Vec::new(),
         told: BTreeSet::new(),
@@ -123,6 +127,7 @@ pub fn build(
         layer: None,
         highest: f64::NEG_INFINITY,
         place: None,
+        weave: 0,
         beads: BTreeMap::new(),
     };
     let skipped = settings.from.map_or(Ok(0), |at| before(toolpath, at))?;
@@ -150,7 +155,7 @@ pub fn build(
 struct Point {
     position: DVec3,
     wpr: [f64; 3],
-    /// The positioner's axes, deg.
+    /// Track and positioner's axes, mm and deg.
     axes: [f64; MOST_AXES],
 }
 
@@ -161,7 +166,7 @@ struct Builder<'a> {
     settings: &'a BuildSettings,
     reporter: &'a Reporter,
     assembly: Assembly<'a>,
-    /// How the positioner moves with the arm, where it does.
+    /// What moves with the arm, where something does.
     coordination: Option<Coordination<'a>>,
     schedules: Vec<Schedule>,
     /// Numbers of those that a comment tells.
@@ -177,6 +182,8 @@ struct Builder<'a> {
     highest: f64,
     /// Where the tool is.
     place: Option<Point>,
+    /// The weave that is on, by its number in the toolpath; 0 for none.
+    weave: u32,
     /// Beads of each layer so far.
     beads: BTreeMap<u32, u32>,
 }
@@ -265,9 +272,14 @@ impl Builder<'_> {
         let target = self.target(point);
         self.place = Some(point);
         let extra = match (&self.coordination, &kind, self.settings.dialect) {
-            (Some(_), MotionKind::Linear | MotionKind::Circular { .. }, Dialect::FanucLs) => {
-                vec!["COORD".to_owned()]
-            }
+            (
+                Some(Coordination {
+                    positioner: Some(_),
+                    ..
+                }),
+                MotionKind::Linear | MotionKind::Circular { .. },
+                Dialect::FanucLs,
+            ) => vec!["COORD".to_owned()],
             _ => Vec::new(),
         };
         self.assembly.push(Instruction::Motion(MotionInstruction {
@@ -277,7 +289,12 @@ impl Builder<'_> {
         }));
     }
 
-    /// The position of a point, with the axes that turn the part.
+    /// How many external axes carry the arm, before those that turn the part.
+    fn slides(&self) -> usize {
+        self.coordination.as_ref().map_or(0, Coordination::slides)
+    }
+
+    /// The position of a point, with the axes that move with the arm.
     fn target(&mut self, point: Point) -> PositionRef {
         let Some(coordination) = &self.coordination else {
             return self.assembly.point(point.position, point.wpr, &[]);
@@ -300,7 +317,7 @@ impl Builder<'_> {
             wpr: pass
                 .axis(i)
                 .map_or(default, |axis| wpr_of_axis(default, axis)),
-            axes: axes_at(pass, i),
+            axes: axes_at(pass, i, self.slides()),
         };
         pass.points.iter().enumerate().map(at).collect()
     }
@@ -336,7 +353,10 @@ impl Builder<'_> {
                     round.map(|_| Point {
                         position,
                         wpr: self.between(pass, index),
-                        axes: halfway(axes_at(pass, index), axes_at(pass, index + 1)),
+                        axes: halfway(
+                            axes_at(pass, index, self.slides()),
+                            axes_at(pass, index + 1, self.slides()),
+                        ),
                     })
                 }
                 Move::Line | Move::Spot { .. } => None,
@@ -379,6 +399,9 @@ impl Builder<'_> {
                         "raise lines_per_program and points_per_program in the cell file if the controller allows",
                     );
                 }
+            }
+            if pass.head.role.deposits() {
+                self.swing(pass, &steps[k..]);
             }
             let next = steps.get(k + 1);
             let stops = !matches!(next, Some(Step::Move { .. }));
@@ -512,6 +535,7 @@ impl Builder<'_> {
             let on = self.wording.word(ArcAction::Start, schedule);
             self.strike(start, on);
             self.follow(pass, &steps, Some(schedule));
+            self.set_weave(0);
             self.highest = self.highest.max(top + self.growth(pass));
             self.leave();
             self.count(pass);

@@ -9,6 +9,7 @@ use crate::krl::KrlWords;
 use crate::positioner::Positioner;
 use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
 use crate::rapid::RapidWords;
+use crate::track::Track;
 use crate::upkeep::{Cooled, Service, Split};
 use crate::ur_script::ScriptWords;
 use crate::val3::Val3Words;
@@ -72,6 +73,8 @@ table! {
         cooled: Cooled => none("layers follow each other after their pause");
         /// What turns the part while metal is laid. FANUC, KUKA and ABB move it together with the arm.
         positioner: Positioner => none("the part lies still");
+        /// What carries the arm along while metal is laid. FANUC, KUKA and ABB tell it with each position.
+        track: Track => none("the arm stands still");
         /// Smoothing of travels.
         travel_smoothing: Ratio where within(0.0, 1.0) => required;
         /// Longest name, 8 or 32 on most controllers.
@@ -195,7 +198,7 @@ impl From<PathSpeedUnit> for SpeedUnit {
 }
 
 impl WeaveSchedule {
-    fn weave(&self) -> Weave {
+    pub(crate) fn weave(&self) -> Weave {
         Weave {
             shape: *self.shape,
             frequency: self.frequency.0 / std::f64::consts::TAU,
@@ -274,6 +277,7 @@ impl CellProgramming {
                 .collect(),
             blend: self.blend.map(|b| b.0),
             positioner: self.positioner.as_ref().map(Positioner::turning),
+            slides: self.track.as_ref().map_or(0, Track::slides),
             ..ExecutionSettings::default()
         }
     }

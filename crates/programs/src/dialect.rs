@@ -96,7 +96,10 @@ pub fn read(
     let values = cell.arc_values.len();
     match dialect {
         Dialect::FanucLs => Ok(vec![fanuc_ls::read(bytes)?]),
-        Dialect::Krl => krl::read(bytes, data, values),
+        Dialect::Krl => {
+            let amplitude = cell.krl.as_ref().and_then(|k| *k.weave_amplitude);
+            krl::read(bytes, data, values, amplitude)
+        }
         Dialect::Rapid => rapid::read(bytes, values),
         Dialect::UrScript => ur_script::read(bytes, cell.script.as_ref()),
         Dialect::Inform => inform::read(bytes, cell.inform.as_ref()),

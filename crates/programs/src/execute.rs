@@ -51,6 +51,9 @@ pub struct ExecutionSettings {
     pub blend: Option<f64>,
     /// What turns the part while metal is laid; nothing where the cell does not say it.
     pub positioner: Option<Turning>,
+    /// How many external axes of the robot's group, from the first on, carry the arm and leave positions where they are: a track that the
+    /// controller counts to the arm.
+    pub slides: usize,
     /// By how many external axes the robot's group may have, which of them turn: dialects that write no unit tell these in degrees.
     /// Empty where the robot is not known.
     pub turning: BTreeMap<usize, Vec<bool>>,
@@ -70,6 +73,7 @@ impl Default for ExecutionSettings {
             passed_over: BTreeSet::new(),
             blend: None,
             positioner: None,
+            slides: 0,
             turning: BTreeMap::new(),
             by_joints: BTreeMap::new(),
         }

@@ -13,6 +13,7 @@ pub use parse::{parse, read};
 pub use write::write;
 
 pub(crate) use line::parse as parse_instruction;
+pub(crate) use line::weave_text;
 
 use crate::scan::tidy;
 

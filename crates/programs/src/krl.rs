@@ -12,7 +12,7 @@ mod words;
 mod write;
 
 pub use parse::read;
-pub use words::KrlWords;
+pub use words::{KrlWords, WeaveAmplitude};
 pub use write::write;
 
 use crate::program::{Attribute, Instruction};

@@ -19,10 +19,12 @@ pub mod rapid;
 pub mod reading;
 mod scan;
 mod template;
+pub mod track;
 pub mod upkeep;
 pub mod ur_script;
 pub mod val3;
 pub mod vectors;
+mod weave;
 mod written;
 
 pub use build::{

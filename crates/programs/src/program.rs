@@ -5,6 +5,7 @@
 use std::fmt;
 
 use meltpath_base::choice;
+use meltpath_toolpath::Weave;
 
 choice! {
     /// Languages of controllers.
@@ -82,6 +83,8 @@ pub enum Instruction {
     Motion(MotionInstruction),
     /// Arc on or off, on a line of its own.
     Arc(ArcWord),
+    /// Weaving begins, or ends, for the moves to come; of dialects that tell it with their moves.
+    Weave(Option<Weave>),
     /// Waits, s.
     Wait(f64),
     /// Selects a user frame.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_toolpath::Weave;
+
 use crate::program::{Coordinates, Group, Instruction, PositionRef, Program, Speed, Termination};
 
 /// Why a program cannot be written.
@@ -82,6 +84,10 @@ pub(crate) const GOES_ON: NoWords = (
     "a bead that goes on in another program",
     "raise lines_per_program and points_per_program of the cell file, or plan shorter beads",
 );
+pub(crate) const WEAVE: NoWords = (
+    "a weave",
+    "plan without one, or write the program for a controller that weaves",
+);
 pub(crate) const JUMP: NoWords = ("a jump", "write the moves one after the other");
 pub(crate) const NO_PLACE: NoWords = ("a position that is not there", "teach it");
 pub(crate) const ENDING: NoWords = ("this way to end a move", "give the distance of blending");
@@ -157,6 +163,17 @@ impl<'a> Lines<'a> {
             },
             PositionRef::Unresolved(text) => Ok(text.clone()),
         }
+    }
+
+    /// The weave that is on for the next move, where `now` is.
+    pub(crate) fn coming_weave(&self, now: Option<Weave>) -> Option<Weave> {
+        let coming = self.coming().iter();
+        let until = coming.take_while(|i| !matches!(i, Instruction::Motion(_)));
+        let said = until.filter_map(|i| match i {
+            Instruction::Weave(weave) => Some(*weave),
+            _ => None,
+        });
+        said.last().unwrap_or(now)
     }
 
     /// The instructions that follow the one being written.

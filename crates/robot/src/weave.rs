@@ -9,6 +9,8 @@ use std::f64::consts::TAU;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{MotionBlock, MotionSink, Weave, WeaveShape};
 
+use crate::controller::Controller;
+
 /// How much faster than its swing the tool may change sides, where the path turns.
 const CATCH_UP: f64 = 1.05;
 
@@ -36,6 +38,20 @@ fn swing(weave: &Weave, time: f64) -> [f64; 2] {
         WeaveShape::Circle => [(TAU * share).cos(), side],
         WeaveShape::Triangle => [0.0, side.asin() / (0.25 * TAU)],
     }
+}
+
+/// The share of a swing that the two moving averages of a controller leave, were it told to them as the path is: how far a controller
+/// draws less than it is told where it does not make good for that.
+pub fn reached(weave: &Weave, controller: &Controller) -> f64 {
+    let left = |filter: f64| {
+        let angle = 0.5 * TAU * weave.frequency * filter;
+        if angle > 1e-9 {
+            angle.sin() / angle
+        } else {
+            1.0
+        }
+    };
+    (left(controller.t1.value.0) * left(controller.t2.value.0)).abs()
 }
 
 /// Adds the swing to motion on its way to another sink.
@@ -265,6 +281,28 @@ mod tests {
             "{}",
             held(-3.0)
         );
+    }
+
+    #[test]
+    fn filters_take_the_more_of_a_swing_the_faster_it_is() {
+        let arcmate = crate::controller::tests::arcmate();
+        let shares = [0.5, 1.0, 2.0, 5.0].map(|frequency| {
+            let weave = Weave {
+                frequency,
+                ..sine()
+            };
+            reached(&weave, &arcmate)
+        });
+        assert!(shares.is_sorted_by(|a, b| a > b), "{shares:?}");
+        // two averages of a sine, taken as sums
+        let sum = |time: f64| {
+            let count = 1000;
+            let at = |k: usize| (TAU * 2.0 * time * ((k as f64 + 0.5) / 1000.0 - 0.5)).cos();
+            (0..count).map(at).sum::<f64>() / 1000.0
+        };
+        let wanted = sum(arcmate.t1.value.0) * sum(arcmate.t2.value.0);
+        assert!((shares[2] - wanted).abs() < 1e-4, "{shares:?} {wanted}");
+        assert!(shares[0] > 0.98 && shares[3] < 0.5);
     }
 
     #[test]

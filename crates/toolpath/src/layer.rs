@@ -132,6 +132,14 @@ impl Layer {
         }
     }
 
+    /// Says of every pass that deposits that weave `number` of the toolpath, from 1, is on from its start.
+    pub fn weave(&mut self, number: u32) {
+        let laid = self.entries.iter().filter(|e| e.head.role.deposits());
+        let woven = laid.map(|e| (e.first, Event::Weave(number)));
+        self.events.extend(woven);
+        self.events.sort_by_key(|e| e.0);
+    }
+
     fn external_column(&mut self, axis: usize) -> &mut Column {
         if self.external.len() <= axis {
             self.external.resize_with(axis + 1, Column::default);

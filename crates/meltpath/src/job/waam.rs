@@ -2,9 +2,10 @@
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::{File, Json, Kind, Node, Place, Problem, Reader, Value, broken};
-use meltpath_base::{Angle, BeadWidths, Length, Ratio, Speed, Time, choice, table};
+use meltpath_base::{Angle, BeadWidths, Frequency, Length, Ratio, Speed, Time, choice, table};
 
 use meltpath_programs::Dialect;
+use meltpath_toolpath::WeaveShape;
 
 use super::common::{Direction, OneOrMany, PartUnit, ProcessTable, SubstrateTable, TargetTable};
 
@@ -92,6 +93,24 @@ table! {
         width: Length where up_to(100.0) => computed("the process map");
         /// Height of a single bead.
         height: Length where up_to(100.0) => computed("the process map");
+        /// How the torch swings about the path of each bead. Nothing measured says how wide and high a woven bead is: the verdict cannot say of its metal.
+        weave: WeaveTable => none("the torch goes along its path");
+    }
+
+    /// How the torch swings about the path of each bead.
+    pub struct WeaveTable {
+        /// How it swings.
+        shape: WeaveShape => default("sine", "as most controllers weave");
+        /// Swings a second, without the dwells.
+        frequency: Frequency where within(0.6, 126.0) => required;
+        /// From the path to one side.
+        amplitude: Length where up_to(50.0) => required;
+        /// How long the torch stays on the left while it goes on.
+        dwell_left: Time where within(0.0, 10.0) => default("0 s", "it turns at once");
+        /// How long the torch stays on the right while it goes on.
+        dwell_right: Time where within(0.0, 10.0) => default("0 s", "it turns at once");
+        /// Width of the woven bead that the plan assumes: measure it on a trial.
+        bead_width: Length where up_to(100.0) => computed("the width of the bead that is not woven and the swing to both sides");
     }
 
     /// How the part is cut into layers.

@@ -196,7 +196,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
     let all = [
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
-        woven(commands),
+        (!commands.weaves.is_empty()).then(doubt::of_weaves),
         turning(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
@@ -230,14 +230,6 @@ fn far_from_plate(commands: &Commands, settings: &Settings) -> Option<Doubt> {
             "the lowest bead lies at z = {lowest:.1} mm of its user frame, and nobody says where the plate lies: 0 mm was taken"
         ),
         remedy: "tell the height of the plate in the user frame: substrate.height".to_owned(),
-    })
-}
-
-/// The model of the bead was measured on beads that are not woven.
-fn woven(commands: &Commands) -> Option<Doubt> {
-    (!commands.weaves.is_empty()).then(|| Doubt {
-        reason: "beads are woven: metal is laid along the woven path, but no woven bead was measured to hold the model to".to_owned(),
-        remedy: "compare the section of a woven bead with the one that the report shows".to_owned(),
     })
 }
 

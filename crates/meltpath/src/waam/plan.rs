@@ -100,11 +100,15 @@ pub fn plan(
         .flat_map(|p| p.coverage.iter().map(|c| (p.path.number, c.clone())))
         .collect();
     let paths = plans.into_iter().map(|p| p.path);
-    let toolpath = Toolpath {
+    let mut toolpath = Toolpath {
         profiles: vec![profile(settings)],
         layers: paths.filter(|p| !p.is_empty()).collect(),
+        weaves: settings.weave.into_iter().collect(),
         ..Toolpath::default()
     };
+    if settings.weave.is_some() {
+        toolpath.layers.iter_mut().for_each(|layer| layer.weave(1));
+    }
     if toolpath.layers.is_empty() {
         return Err(no_bead(settings));
     }

@@ -363,7 +363,7 @@ pub fn commands(
         weave_of_command,
         line_of_command,
         start_line: reading.start_line,
-        turns: turns(toolpath),
+        turns: turns(toolpath, known.slides),
         external: external(toolpath, settings),
         weaves: reading.toolpath.weaves,
         clearance: None,
@@ -388,11 +388,11 @@ fn external(toolpath: &Toolpath, settings: &Settings) -> Option<Axes> {
     })
 }
 
-/// Whether an external axis moves.
-fn turns(toolpath: &Toolpath) -> bool {
-    let points = toolpath
-        .passes()
-        .flat_map(|p| (0..p.points.len()).map(move |i| p.external(i).collect::<Vec<_>>()));
+/// Whether an external axis moves beside the first `slides` ones, which carry the arm.
+fn turns(toolpath: &Toolpath, slides: usize) -> bool {
+    let points = toolpath.passes().flat_map(|p| {
+        (0..p.points.len()).map(move |i| p.external(i).skip(slides).collect::<Vec<_>>())
+    });
     let mut said = points.filter(|axes| axes.iter().any(Option::is_some));
     said.next()
         .is_some_and(|first| said.any(|axes| axes != first))

@@ -298,8 +298,11 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     // layer by layer a plan warns of much: the run tells it
     let foretold = settle(&mut loaded, &part, &Reporter::new(), observer)?;
     let mut lines = foretold.lines();
-    // no way to fill holds a wall that leans
-    if !foretold.checks.is_empty() && foretold.planned.plan.lean.is_none() {
+    // no way to fill holds a wall that leans, or says how wide a woven bead is
+    if !foretold.checks.is_empty()
+        && foretold.planned.plan.lean.is_none()
+        && loaded.settings.weave.is_none()
+    {
         lines.push(mend(&loaded, &part, &foretold.checks, observer)?);
     }
     let map = &loaded.settings.map;

@@ -4,18 +4,20 @@ pub(crate) mod bead;
 pub(crate) mod machine;
 pub(crate) mod named;
 pub(crate) mod process;
+pub(crate) mod sound;
+pub(crate) mod woven;
 
 use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
-use meltpath_base::settings::{Problem, Setting};
+use meltpath_base::settings::Problem;
 use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume};
 use meltpath_deposition::process_map::{Bead, ProcessMap, Tried};
-use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
+use meltpath_deposition::stepover::fusion_at_risk;
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
@@ -23,20 +25,20 @@ use meltpath_planning::{
 use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
+use meltpath_toolpath::Weave;
 
+use self::bead::{PER_MINUTE, datum, feed_response, with_unit};
 use self::machine::{Machine, nominal_distance};
 use self::process::Process;
+use self::sound::sound;
 use super::judge::{GrowthError, Limits, Remedies};
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
     BeadTable, ChecksTable, ExternalChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
-    LayerRelease, Spacing, Speeds, Starts, Stepover, WaamTable,
+    LayerRelease, Spacing, Speeds, Starts, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
-use crate::waam::settings::bead::{
-    PER_MINUTE, check_heights, datum, feed_response, solve_bead, with_unit,
-};
 
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
@@ -57,8 +59,10 @@ pub struct Settings {
     pub energy: Option<EnergyPerVolume>,
     /// The process map.
     pub map: ProcessMap,
-    /// The single bead on a plate.
+    /// The single bead on a plate; the woven one where beads are woven.
     pub bead: Bead,
+    /// How the torch swings about its path in beads.
+    pub weave: Option<Weave>,
     /// The bead as the deposit takes it.
     pub bead_model: BeadModel,
     /// The pool that lays it.
@@ -154,12 +158,17 @@ pub fn resolve(
         own,
     } = process;
     let programs = programs(job, robot.as_ref(), &cell);
-    let (bead, step, programs) = sound(job, &map, programs)?;
-    map.warn_about(&bead, reporter);
-    tell_bead(&waam.bead, &bead, &map.id, &mut r);
-    let bead_model = bead.model(&map);
-    let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
-    let pool = process::pool(&pools, &bead, &bead_model);
+    let sound = sound(job, &map, programs)?;
+    let (plain, step, woven) = (sound.bead, sound.step, sound.woven);
+    map.warn_about(&plain, reporter);
+    tell_bead(&waam.bead, &plain, &map.id, &mut r);
+    // metal is laid along the woven path by the pool of the bead that is not woven
+    let bead_model = plain.model(&map);
+    let feed_response = feed_response(&mut r, &waam.source, &map, plain.wire_feed, reporter);
+    let pool = process::pool(&pools, &plain, &bead_model);
+    let told = (reporter, &mut r);
+    woven::tell(&waam.bead.weave, woven.as_ref(), cell.motion.as_ref(), told)?;
+    let bead = woven.map_or(plain, |w| w.bead);
     let width = bead.width.value;
     r.value(
         &job.fill.stepover.name,
@@ -188,6 +197,7 @@ pub fn resolve(
         mode: waam.mode.value.clone(),
         energy,
         bead,
+        weave: woven.map(|w| w.weave),
         bead_model,
         pool,
         borrowed,
@@ -218,40 +228,12 @@ pub fn resolve(
         allowance_top: target.allowance_top.map(|top| top.0),
         limits,
         remedies: Remedies::of(&job.layers.height, *job.fill.starts),
-        programs,
+        programs: sound.programs,
         surface,
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
-}
-
-/// The bead, the stepover and the programs, where none of them, nor the heights of layers, is wrong.
-fn sound(
-    job: &WaamJob,
-    map: &ProcessMap,
-    programs: Result<Vec<Dialect>, Problem>,
-) -> Result<(Bead, Resolved<f64>, Vec<Dialect>), Vec<Problem>> {
-    let (programs, mut problems) = match programs {
-        Ok(programs) => (programs, Vec::new()),
-        Err(problem) => (Vec::new(), vec![problem]),
-    };
-    let bead = match solve_bead(&job.waam.bead, map) {
-        Ok(bead) => bead,
-        Err(problem) => {
-            problems.push(problem);
-            return Err(problems);
-        }
-    };
-    let width = bead.width.value;
-    let step = resolve_stepover(&job.fill.stepover, width);
-    problems.extend(check_heights(&job.layers.height, &bead).err());
-    problems.extend(check_stepover(&job.fill.stepover, step.value, width).err());
-    if problems.is_empty() {
-        Ok((bead, step, programs))
-    } else {
-        Err(problems)
-    }
 }
 
 /// The dialects of the programs that the job asks for, which can say what moves.
@@ -349,32 +331,6 @@ fn tell_bead(table: &BeadTable, bead: &Bead, map: &str, r: &mut Provenance) {
     }
     let area = Resolved::new(bead.area.value, origin(false)).with_sigma(bead.area.sigma);
     r.value("waam.bead.area", with_unit(area, "mm²"));
-}
-
-fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
-    match *written {
-        Auto::Auto => Resolved::new(
-            stepover(Overlap::Tangent) * width,
-            Origin::Computed(
-                "tangent overlap, 0.738 of the bead's width (Ding; Rouchon 2022, § 4.1)".to_owned(),
-            ),
-        ),
-        Auto::Value(Stepover::Length(l)) => Resolved::new(l.0, Origin::Job),
-        Auto::Value(Stepover::Widths(n)) => Resolved::new(n.0 * width, Origin::Job),
-    }
-}
-
-/// Refuses beads too near or too far apart, at their key.
-fn check_stepover(written: &Setting<Auto<Stepover>>, step: f64, width: f64) -> Result<(), Problem> {
-    let [least, most] = FillSettings::STEPOVERS.map(|w| w * width);
-    if (least..=most).contains(&step) {
-        return Ok(());
-    }
-    let message = format!(
-        "beads {width:.2} mm wide cannot lie {step:.2} mm apart: between {least:.2} and {most:.2} mm they could"
-    );
-    let help = "write stepover = \"auto\", or 0.6 to 0.8 bead widths: \"0.7 w\"";
-    Err(written.problem(message).help(help))
 }
 
 /// How layers are filled with the bead of `bead`, as the job's table says.

@@ -6,6 +6,7 @@
     reason = "a test that fails stops here; its figures are shown with --nocapture"
 )]
 
+mod along_track;
 mod by_joints;
 mod compare;
 mod dialects;
@@ -27,3 +28,4 @@ mod templates;
 mod tune;
 mod verdicts;
 mod walls;
+mod woven;

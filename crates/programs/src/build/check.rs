@@ -31,7 +31,7 @@ impl Builder<'_> {
                 return fail(
                     "the number of external axes that a point says",
                     other as f64,
-                    "that of the cell's positioner (program.positioner.axis)",
+                    "that of the cell's track and positioner (program.track, program.positioner.axis)",
                 );
             }
             let mut external = (0..pass.points.len()).flat_map(|i| pass.external(i).flatten());
@@ -39,12 +39,7 @@ impl Builder<'_> {
                 return fail("an external axis", value, "finite");
             }
         }
-        if let Some((_, event)) = pass.events().next() {
-            return Err(BuildError::Event {
-                pass: pass.place(),
-                event,
-            });
-        }
+        self.check_weaves(pass)?;
         let Some(profile) = self.toolpath.profiles.get(usize::from(pass.head.profile)) else {
             let index = f64::from(pass.head.profile);
             return fail("its profile", index, "one of the toolpath's");

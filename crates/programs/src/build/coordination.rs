@@ -1,4 +1,5 @@
-//! A positioner that moves with the arm: what the cell has to say of it, and how positions are told with it.
+//! Track and positioner that move with the arm: what the cell has to say of them, and how positions are told with them. Where both are
+//! told the track is the first axis.
 
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
@@ -9,22 +10,26 @@ use crate::cell::CellProgramming;
 use crate::orientation::pose;
 use crate::positioner::{Line, Positioner, UserFrame, turned};
 use crate::program::{Axis, Coordinates, Dialect, Position};
+use crate::track::Track;
 
 /// Most axes of a positioner.
-pub(super) const MOST_AXES: usize = 3;
-/// Axes are written and read in steps of this, deg.
+const MOST_TURNING: usize = 3;
+/// Most axes, with the track.
+pub(super) const MOST_AXES: usize = 1 + MOST_TURNING;
+/// Axes are written and read in steps of this, deg or mm.
 const STEP: f64 = 1e-3;
 
-/// How a positioner moves with the arm.
+/// What moves with the arm.
 #[derive(Debug)]
 pub(super) struct Coordination<'a> {
-    pub(super) positioner: &'a Positioner,
+    pub(super) track: Option<&'a Track>,
+    pub(super) positioner: Option<&'a Positioner>,
     /// The axes, where positions are told in a frame that does not turn with the part.
     lines: Option<Vec<Line>>,
 }
 
 impl<'a> Coordination<'a> {
-    /// How the positioner moves that a toolpath asks for; nothing where it leaves external axes free.
+    /// What moves that a toolpath asks for; nothing where it leaves external axes free.
     ///
     /// # Errors
     /// [`BuildError`] where the cell does not say what the controller needs, or no words for it are written.
@@ -33,100 +38,150 @@ impl<'a> Coordination<'a> {
         cell: &'a CellProgramming,
         dialect: Dialect,
     ) -> Result<Option<Self>, BuildError> {
-        let says =
-            |p: &Pass<'_>| (0..p.points.len()).any(|i| p.external(i).flatten().next().is_some());
-        if !toolpath.passes().any(|p| says(&p)) {
-            return Ok(None);
-        }
-        let missing = |what, key| BuildError::Cell {
-            what,
-            dialect: dialect.name(),
-            key,
+        let said = |p: &Pass<'_>| {
+            (0..p.points.len())
+                .map(|i| p.external(i).flatten().count())
+                .max()
         };
+        let most = toolpath.passes().filter_map(|p| said(&p)).max();
+        let Some(most) = most.filter(|most| *most > 0) else {
+            return Ok(None);
+        };
+        let track = cell.track.as_ref();
+        if let Some(track) = track {
+            check_track(track, dialect)?;
+        }
         let positioner = cell.positioner.as_ref();
-        let positioner = positioner.ok_or_else(|| {
-            missing(
+        if positioner.is_none() && most > usize::from(track.is_some()) {
+            return Err(missing(
+                dialect,
                 "which positioner's external axis turns the part",
                 "positioner",
-            )
-        })?;
-        if !(1..=MOST_AXES).contains(&positioner.axes.len()) {
-            return Err(missing(
-                "one to three axes of the positioner",
-                "positioner.axis",
             ));
         }
-        let mut lines = None;
-        match dialect {
-            Dialect::FanucLs => match *positioner.user_frame {
-                Some(UserFrame::Part) => {}
-                Some(UserFrame::Base) => {
-                    let told = positioner.lines();
-                    lines = Some(told.ok_or_else(|| {
-                        missing(
-                            "where the axes of the positioner lie in the user frame",
-                            "positioner.axis.origin and direction",
-                        )
-                    })?);
-                }
-                None => {
-                    return Err(missing(
-                        "whether the user frame turns with the part",
-                        "positioner.user_frame",
-                    ));
-                }
-            },
-            Dialect::Rapid if positioner.unit.is_none() => {
-                return Err(missing(
-                    "the mechanical unit that turns the part",
-                    "positioner.unit",
-                ));
-            }
-            Dialect::Krl | Dialect::Rapid => {}
-            Dialect::UrScript | Dialect::Inform | Dialect::Val3 => {
-                return Err(BuildError::Positioner(dialect.name()));
-            }
-        }
-        Ok(Some(Coordination { positioner, lines }))
+        let lines = positioner.map(|p| lines(p, dialect)).transpose()?;
+        Ok(Some(Coordination {
+            track,
+            positioner,
+            lines: lines.flatten(),
+        }))
+    }
+
+    /// How many axes carry the arm, before those that turn the part.
+    pub(super) fn slides(&self) -> usize {
+        usize::from(self.track.is_some())
     }
 
     /// How many axes there are.
     pub(super) fn count(&self) -> usize {
-        self.positioner.axes.len()
+        self.slides() + self.positioner.map_or(0, |p| p.axes.len())
     }
 
-    /// Position, mm, and W, P, R, deg, as the program tells a point of the part where the axes stand so, deg.
+    /// Position, mm, and W, P, R, deg, as the program tells a point of the part where the axes stand so, mm and deg.
     pub(super) fn told(&self, position: DVec3, wpr: [f64; 3], axes: &[f64]) -> (DVec3, [f64; 3]) {
         let Some(lines) = &self.lines else {
             return (position, wpr);
         };
-        let angles: Vec<f64> = axes.iter().map(|a| a.to_radians()).collect();
+        let turning = axes.iter().skip(self.slides());
+        let angles: Vec<f64> = turning.map(|a| a.to_radians()).collect();
         let told = turned(lines, &angles, pose(position, wpr));
         (told.position, told.wpr().to_array().map(f64::to_degrees))
     }
 }
 
-/// Tells a position of a coordinated program anew: a pose of the part where the positioner's axes stand so, rad. Orientation and axes
-/// get the digits of a file.
-pub fn tell(position: &mut Position, tip: Pose, axes: &[f64], positioner: &Positioner) {
+fn missing(dialect: Dialect, what: &'static str, key: &'static str) -> BuildError {
+    BuildError::Cell {
+        what,
+        dialect: dialect.name(),
+        key,
+    }
+}
+
+/// Whether a controller is told the track in words that are known.
+fn check_track(track: &Track, dialect: Dialect) -> Result<(), BuildError> {
+    let refused = |why| Err(BuildError::Track(dialect.name(), why));
+    match dialect {
+        _ if track.slides() == 0 => {
+            refused("its user frame rides along with the arm (program.track.user_frame)")
+        }
+        Dialect::Rapid if track.unit.is_none() => Err(missing(
+            dialect,
+            "the mechanical unit of the track",
+            "track.unit",
+        )),
+        Dialect::FanucLs | Dialect::Krl | Dialect::Rapid => Ok(()),
+        Dialect::Inform => refused(
+            "a base axis is told in pulses, in positions of its own, and how these stand beside positions in a user frame is not known here",
+        ),
+        Dialect::UrScript => refused("its moves say where the arm's joints go, and nothing else"),
+        Dialect::Val3 => refused("its points say where the arm goes, and nothing else"),
+    }
+}
+
+/// The axes of a positioner where positions are told in a frame that does not turn with the part.
+fn lines(positioner: &Positioner, dialect: Dialect) -> Result<Option<Vec<Line>>, BuildError> {
+    if !(1..=MOST_TURNING).contains(&positioner.axes.len()) {
+        return Err(missing(
+            dialect,
+            "one to three axes of the positioner",
+            "positioner.axis",
+        ));
+    }
+    match dialect {
+        Dialect::FanucLs => match *positioner.user_frame {
+            Some(UserFrame::Part) => Ok(None),
+            Some(UserFrame::Base) => positioner.lines().map(Some).ok_or_else(|| {
+                missing(
+                    dialect,
+                    "where the axes of the positioner lie in the user frame",
+                    "positioner.axis.origin and direction",
+                )
+            }),
+            None => Err(missing(
+                dialect,
+                "whether the user frame turns with the part",
+                "positioner.user_frame",
+            )),
+        },
+        Dialect::Rapid if positioner.unit.is_none() => Err(missing(
+            dialect,
+            "the mechanical unit that turns the part",
+            "positioner.unit",
+        )),
+        Dialect::Krl | Dialect::Rapid => Ok(None),
+        Dialect::UrScript | Dialect::Inform | Dialect::Val3 => {
+            Err(BuildError::Positioner(dialect.name()))
+        }
+    }
+}
+
+/// Tells a position of a coordinated program anew: a pose of the part where the track, mm, and the positioner's axes stand so, rad.
+/// Orientation and axes get the digits of a file.
+pub fn tell(
+    position: &mut Position,
+    tip: Pose,
+    (track, axes): (Option<f64>, &[f64]),
+    positioner: Option<&Positioner>,
+) {
     let degrees: Vec<f64> = axes.iter().map(|a| stepped(a.to_degrees())).collect();
-    let told = |into: &mut [Axis]| {
-        for (axis, value) in into.iter_mut().zip(&degrees) {
+    let told = |into: &mut [Axis], values: &[f64]| {
+        for (axis, value) in into.iter_mut().zip(values) {
             axis.value = *value;
         }
     };
-    // a FANUC tells them as a group of their own
+    // a FANUC tells those that turn the part as a group of their own
     let mut apart = false;
     for group in &mut position.groups {
-        if let (true, Coordinates::Joint(axes)) =
-            (group.number == *positioner.group, &mut group.coordinates)
-        {
-            told(axes);
+        if let (true, Coordinates::Joint(axes)) = (
+            positioner.is_some_and(|p| group.number == *p.group),
+            &mut group.coordinates,
+        ) {
+            told(axes, &degrees);
             apart = true;
         }
     }
-    let stands = *positioner.user_frame == Some(UserFrame::Base);
-    let lines = positioner.lines().filter(|_| apart && stands);
+    let stands = positioner.filter(|p| apart && *p.user_frame == Some(UserFrame::Base));
+    let lines = stands.and_then(Positioner::lines);
     let angles: Vec<f64> = degrees.iter().map(|a| a.to_radians()).collect();
     let pose = lines.map_or(tip, |lines| turned(&lines, &angles, tip));
     let robot = position.groups.iter_mut().find(|g| g.number == 1);
@@ -139,15 +194,21 @@ pub fn tell(position: &mut Position, tip: Pose, axes: &[f64], positioner: &Posit
     {
         *xyz = pose.position.to_array();
         *wpr_degrees = pose.wpr().to_array().map(f64::to_degrees);
-        told(external);
+        let track: Vec<f64> = track.map(stepped).into_iter().collect();
+        told(external, &[track, degrees].concat());
     }
 }
 
-/// The external axes at a point of a pass, deg; zeros where it says none.
-pub(super) fn axes_at(pass: &Pass<'_>, i: usize) -> [f64; MOST_AXES] {
+/// The external axes at a point of a pass, the first `slides` of them in mm, the others in deg; zeros where it says none.
+pub(super) fn axes_at(pass: &Pass<'_>, i: usize, slides: usize) -> [f64; MOST_AXES] {
     let mut axes = [0.0; MOST_AXES];
-    for (axis, said) in axes.iter_mut().zip(pass.external(i)) {
-        *axis = stepped(said.unwrap_or(0.0).to_degrees());
+    for (number, (axis, said)) in axes.iter_mut().zip(pass.external(i)).enumerate() {
+        let said = said.unwrap_or(0.0);
+        *axis = stepped(if number < slides {
+            said
+        } else {
+            said.to_degrees()
+        });
     }
     axes
 }
@@ -157,6 +218,6 @@ pub(super) fn halfway(a: [f64; MOST_AXES], b: [f64; MOST_AXES]) -> [f64; MOST_AX
     std::array::from_fn(|i| stepped(0.5 * (a[i] + b[i])))
 }
 
-fn stepped(degrees: f64) -> f64 {
-    (degrees / STEP).round() * STEP
+fn stepped(value: f64) -> f64 {
+    (value / STEP).round() * STEP
 }

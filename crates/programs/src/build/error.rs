@@ -17,15 +17,27 @@ pub enum BuildError {
         /// What it must be.
         wanted: &'static str,
     },
-    /// Something happens within a pass that these programs cannot say.
+    /// Something happens within a pass that the toolpath does not tell.
     #[error(
-        "{pass}: {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
+        "{pass}: {event:?} is not among the weaves of the toolpath; write it whole, or leave the event out"
     )]
     Event {
         /// Which.
         pass: PassPlace,
         /// What happens.
         event: Event,
+    },
+    /// A weave that has no words.
+    #[error("{pass}: {what} cannot be written for {dialect}: {remedy}")]
+    Weave {
+        /// Which.
+        pass: PassPlace,
+        /// What has no words.
+        what: &'static str,
+        /// The dialect.
+        dialect: &'static str,
+        /// What to do.
+        remedy: &'static str,
     },
     /// More wire feeds than schedules.
     #[error(
@@ -96,6 +108,11 @@ pub enum BuildError {
         "the toolpath turns the part by external axes, and programs for {0} that move them with the arm are not written: write them for FANUC, KUKA or ABB, or let the part lie still"
     )]
     Positioner(&'static str),
+    /// A controller for which no words for a track are written.
+    #[error(
+        "the toolpath moves the arm along a track, and programs for {0} that tell it are not written: {1}; write them for FANUC, KUKA or ABB with a user frame that stands, or let the track rest (machine.external)"
+    )]
+    Track(&'static str, &'static str),
     /// Nothing to do.
     #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
     Empty,

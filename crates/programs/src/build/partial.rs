@@ -4,6 +4,7 @@ use meltpath_toolpath::Toolpath;
 
 use super::error::BuildError;
 use crate::program::{Instruction, Program};
+use crate::weave::is_of_weave;
 
 /// Where programs begin anew: a bead that is struck afresh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,12 +51,12 @@ pub fn laid_from(toolpath: &Toolpath, from: Option<Restart>) -> Result<f64, Buil
         .sum())
 }
 
-/// Takes the arc out of programs: what is left moves as they do.
+/// Takes arc and weaves out of programs: what is left moves as they do.
 pub fn dry_run(programs: &mut [Program]) {
     for program in programs {
         program
             .instructions
-            .retain(|i| !matches!(i, Instruction::Arc(_)));
+            .retain(|i| !matches!(i, Instruction::Arc(_)) && !is_of_weave(i));
         for instruction in &mut program.instructions {
             if let Instruction::Motion(motion) = instruction {
                 motion.arc = None;

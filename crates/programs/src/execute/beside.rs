@@ -9,6 +9,8 @@ use crate::program::{Axis, Coordinates, Dialect, Position, Program};
 pub(super) struct Beside {
     /// External axes of the robot's group, mm or rad.
     pub(super) own: Vec<f64>,
+    /// How many of them, from the first on, carry the arm alone.
+    pub(super) slides: usize,
     /// Axes of further groups, mm or rad.
     pub(super) further: Vec<f64>,
     /// Those of them that turn the part, rad.
@@ -44,9 +46,12 @@ impl Beside {
         };
         let external = there(settings, turning, external);
         let fanuc = program.dialect == Dialect::FanucLs;
-        let carried = !fanuc && turning.is_some_and(|t| t.count == external.len());
+        let slides = settings.slides.min(external.len());
+        let carried = !fanuc && turning.is_some_and(|t| slides + t.count == external.len());
         let known = settings.turning.get(&external.len());
-        let turns = |axis: usize| carried || known.is_some_and(|k| k.get(axis) == Some(&true));
+        let turns = |axis: usize| {
+            axis >= slides && (carried || known.is_some_and(|k| k.get(axis) == Some(&true)))
+        };
         let own = external.iter().enumerate().map(|(axis, said)| {
             if said.unit.is_empty() && turns(axis) {
                 said.value.to_radians()
@@ -57,6 +62,7 @@ impl Beside {
         let own = own.collect();
         Beside {
             own,
+            slides,
             further,
             angles,
             carried,
@@ -94,7 +100,8 @@ fn there<'a>(
     listed: &'a [Axis],
 ) -> &'a [Axis] {
     let known = settings.turning.keys().copied();
-    let most = known.chain(turning.map(|t| t.count)).max();
+    let told = settings.slides + turning.map_or(0, |t| t.count);
+    let most = known.chain((told > 0).then_some(told)).max();
     match most.and_then(|count| listed.split_at_checked(count)) {
         Some((there, others)) if others.iter().all(|a| a.value == 0.0) => there,
         _ => listed,

@@ -166,7 +166,7 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             &["POPUP(", "HALT", "WHILE(GET_STANDARD_DIGITAL_IN("],
         ),
         Dialect::Inform => (
-            &["DOUT", "PULSE", "MSG", "CLS", "CLEAR", "WVOF"],
+            &["DOUT", "PULSE", "MSG", "CLS", "CLEAR"],
             &["WAIT", "PAUSE", "TIMER"],
         ),
         Dialect::Val3 => (
@@ -193,7 +193,11 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
     let begins = |words: &[&str]| words.iter().any(|w| line.starts_with(w));
     // what it ends was told where it began
     let closes = dialect == Dialect::UrScript && line == "END";
-    if closes {
+    if dialect == Dialect::Inform && line.starts_with("WVON") {
+        Effect::Weave
+    } else if dialect == Dialect::Inform && line.starts_with("WVOF") {
+        Effect::WeaveEnd
+    } else if closes {
         Effect::Passive
     } else if begins(waits) {
         Effect::Wait

@@ -122,7 +122,7 @@ impl Missing {
     pub fn remedy(&self) -> &'static str {
         match self {
             Missing::Weave => {
-                "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated"
+                "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated, of KUKA and ABB zigzags without dwells, height and angle"
             }
             Missing::JointPosition(_, why) => why.remedy(),
             Missing::Position(_) | Missing::Offset(_) => {
@@ -132,7 +132,7 @@ impl Missing {
                 "tell the positioner in the cell file ([program.positioner]; with its COORD on every move of a bead), or export the part of the program in which it stands at zero"
             }
             Missing::ExternalAxes => {
-                "simulate the beads that are laid with the external axes at one place by themselves"
+                "tell a track that carries the arm in the cell file ([program.track]), or simulate the beads that are laid with the external axes at one place by themselves"
             }
             Missing::Frames(..) => "simulate the beads of each frame by themselves",
             Missing::Call(_) => {

@@ -21,6 +21,10 @@ impl Machine<'_> {
                 self.close_arcs();
                 self.switch(word)?;
             }
+            Instruction::Weave(weave) => match weave {
+                Some(weave) => self.swing(Some(*weave)),
+                None => self.weave = None,
+            },
             Instruction::Wait(time) => self.wait(*time)?,
             Instruction::UserFrame(n) => self.frames.0 = Some(*n),
             Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
@@ -90,6 +94,8 @@ impl Machine<'_> {
         match effect_of(dialect, text) {
             Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
             Effect::Shapes(why) => self.gap(why),
+            Effect::Weave => self.begin_weave(text),
+            Effect::WeaveEnd => self.weave = None,
             _ => self.note("line-passed-over", first_word(text)),
         }
     }

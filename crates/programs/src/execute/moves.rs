@@ -29,6 +29,8 @@ struct Place {
     pose: Pose,
     /// External axes of the robot's group, mm or rad.
     own: Vec<f64>,
+    /// How many of them, from the first on, carry the arm alone.
+    slides: usize,
     /// Axes of further groups, mm or rad.
     further: Vec<f64>,
     /// The positioner is known, and the pose is that in the part.
@@ -49,6 +51,7 @@ impl Machine<'_> {
                     let place = self.register_pose(text).map(|pose| Place {
                         pose,
                         own: Vec::new(),
+                        slides: 0,
                         further: Vec::new(),
                         turns: false,
                         by_joints: false,
@@ -101,6 +104,7 @@ impl Machine<'_> {
         Ok(Ok(Place {
             pose,
             own: beside.own,
+            slides: beside.slides,
             further: beside.further,
             turns: beside.carried || beside.angles.is_some(),
             by_joints,
@@ -160,9 +164,10 @@ impl Machine<'_> {
             self.gap(Missing::Coordinated);
         }
         // positions that do not say their axes say nothing of where they stand
-        if !target.own.is_empty() {
-            let first = self.bead_axes.get_or_insert_with(|| target.own.clone());
-            if *first != target.own {
+        let said = target.own.get(target.slides..).unwrap_or_default();
+        if !said.is_empty() {
+            let first = self.bead_axes.get_or_insert_with(|| said.to_vec());
+            if *first != said {
                 self.gap(Missing::ExternalAxes);
             }
         }

@@ -6,7 +6,7 @@ use meltpath_toolpath::{Weave, WeaveShape};
 use super::effect::told_schedule;
 use super::{ArcValue, Machine, Missing, ProgramError, Refusal, Source, WeldSettings};
 use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect};
-use crate::scan::{bracket, number};
+use crate::scan::{bracket, number, strip_prefix};
 
 /// Frequencies, Hz, amplitudes, mm, and dwells, s, that robots weave with.
 const FREQUENCIES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
@@ -97,7 +97,16 @@ impl Machine<'_> {
 
     /// Begins a weave, where it is known what it is.
     pub(super) fn begin_weave(&mut self, text: &str) {
-        self.weave = self.told_weave(text).map(|weave| {
+        let weave = match self.programs[self.at.0].dialect {
+            Dialect::Inform => self.condition_weave(text),
+            _ => self.told_weave(text),
+        };
+        self.swing(weave);
+    }
+
+    /// Begins a weave; a gap where it is not known, or is none that robots make.
+    pub(super) fn swing(&mut self, weave: Option<Weave>) {
+        self.weave = weave.filter(is_sound).map(|weave| {
             let known = self.weaves.iter().position(|w| *w == weave);
             let index = known.unwrap_or_else(|| {
                 self.weaves.push(weave);
@@ -108,6 +117,14 @@ impl Machine<'_> {
         if self.weave.is_none() {
             self.gap(Missing::Weave);
         }
+    }
+
+    /// `WVON WEV#(1)` by the cell's table.
+    fn condition_weave(&self, text: &str) -> Option<Weave> {
+        let rest = strip_prefix(text, "WVON")?.trim();
+        let inner = strip_prefix(rest, "WEV#(")?.strip_suffix(')')?;
+        let number: u32 = inner.trim().parse().ok()?;
+        self.settings.weaves.get(&number).copied()
     }
 
     /// `Weave Sine[1]` and `Weave[1]` by the cell's table; `Weave Sine[2.0Hz,3.0mm,0.1s,0.1s]` as it says itself: frequency,
@@ -137,15 +154,18 @@ impl Machine<'_> {
             known.then_some(value)
         };
         let seconds = ["s", "sec"];
-        let weave = Weave {
+        Some(Weave {
             shape: shape?,
             frequency: read(frequency, &["Hz"])?,
             amplitude: read(amplitude, &["mm"])?,
             dwell: [read(left, &seconds)?, read(right, &seconds)?],
-        };
-        let sound = FREQUENCIES.contains(&weave.frequency)
-            && AMPLITUDES.contains(&weave.amplitude)
-            && weave.dwell.iter().all(|d| DWELLS.contains(d));
-        sound.then_some(weave)
+        })
     }
+}
+
+/// Whether robots weave so.
+fn is_sound(weave: &Weave) -> bool {
+    FREQUENCIES.contains(&weave.frequency)
+        && AMPLITUDES.contains(&weave.amplitude)
+        && weave.dwell.iter().all(|d| DWELLS.contains(d))
 }

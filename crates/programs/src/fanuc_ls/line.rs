@@ -1,5 +1,7 @@
 //! One instruction of `/MN`, from text and to text.
 
+use meltpath_toolpath::{Weave, WeaveShape};
+
 use crate::program::{
     ArcAction, ArcStyle, ArcWord, CommentMark, Instruction, MotionInstruction, MotionKind,
     PositionRef, Speed, SpeedUnit, Termination,
@@ -280,11 +282,27 @@ fn motion_text(m: &MotionInstruction) -> String {
     text + "   "
 }
 
+/// What begins a weave: frequency, amplitude, dwell on the right, dwell on the left.
+pub(crate) fn weave_text(weave: &Weave) -> String {
+    let shape = match weave.shape {
+        WeaveShape::Sine => "Sine",
+        WeaveShape::Triangle => "Triangle",
+        WeaveShape::Circle => "Circle",
+    };
+    let [left, right] = weave.dwell;
+    format!(
+        "Weave {shape}[{:.1}Hz,{:.1}mm,{right:.3}s,{left:.3}s]",
+        weave.frequency, weave.amplitude
+    )
+}
+
 /// The instruction as a line of `/MN`, without its number and without `;`.
 pub(super) fn write(instruction: &Instruction) -> String {
     let plain = match instruction {
         Instruction::Motion(m) => return motion_text(m),
         Instruction::Arc(word) => word.to_string(),
+        Instruction::Weave(None) => "Weave End".to_owned(),
+        Instruction::Weave(Some(weave)) => weave_text(weave),
         Instruction::Wait(seconds) => format!("WAIT {seconds:6.2}(sec)"),
         Instruction::UserFrame(n) => format!("UFRAME_NUM={n}"),
         Instruction::ToolFrame(n) => format!("UTOOL_NUM={n}"),

@@ -11,7 +11,7 @@ use crate::program::{
 };
 use crate::template::UNFILLED;
 use crate::written::{
-    ENDING, GOES_ON, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, TextFile, WriteError, fixed,
+    ENDING, GOES_ON, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, TextFile, WEAVE, WriteError, fixed,
     robot_places, short,
 };
 
@@ -119,6 +119,7 @@ impl Writer<'_> {
                 )));
             }
             Instruction::Raw(text) => self.out.line(text),
+            Instruction::Weave(_) => return Err(self.out.no_words(WEAVE)),
             Instruction::Label { .. } | Instruction::Jump(_) => {
                 return Err(self.out.no_words(JUMP));
             }

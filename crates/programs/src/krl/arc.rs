@@ -2,8 +2,11 @@
 
 use std::fmt::Write as _;
 
+use meltpath_toolpath::{Weave, WeaveShape};
+
 use super::data::{Field, fields, number_of, text_of};
-use super::words::KrlWords;
+use super::words::{KrlWords, WeaveAmplitude};
+use crate::weave::told;
 use crate::written::short;
 
 /// Channels of a weld data set.
@@ -16,8 +19,52 @@ pub(super) struct WeldData {
     pub(super) arguments: String,
     /// Speed, mm/s.
     pub(super) speed: f64,
-    /// A pattern in which the torch swings, where it does.
-    pub(super) weave: Option<String>,
+    /// How the torch swings, where it does; the pattern where it is not known what that is.
+    pub(super) weave: Option<Result<Weave, String>>,
+}
+
+/// The pattern in which the torch goes straight from side to side.
+const ZIGZAG: &str = "#Triangle";
+
+/// How the torch swings with weld data of a speed, mm/s, as the group says it.
+fn weave(
+    group: &[(String, Field)],
+    speed: f64,
+    amplitude: Option<WeaveAmplitude>,
+) -> Option<Result<Weave, String>> {
+    let pattern = text_of(group, "Pattern")?;
+    if pattern.eq_ignore_ascii_case("#None") {
+        return None;
+    }
+    let number = |name: &str| number_of(group, name);
+    let plain = ["Angle", "LeftSideDelay", "RightSideDelay"];
+    let plain = plain.iter().all(|name| number(name).unwrap_or(0.0) == 0.0);
+    let zigzag = plain && pattern.eq_ignore_ascii_case(ZIGZAG);
+    let known = number("Length")
+        .zip(number("Amplitude"))
+        .zip(amplitude.filter(|_| zigzag));
+    let known = known.filter(|((length, wide), _)| *length > 0.0 && *wide > 0.0);
+    Some(known.map_or(Err(pattern), |((length, wide), amplitude)| {
+        Ok(told(&Weave {
+            shape: WeaveShape::Triangle,
+            frequency: speed / length,
+            amplitude: wide / amplitude.per_side(),
+            dwell: [0.0; 2],
+        }))
+    }))
+}
+
+/// Pattern, length and amplitude of a weave with weld data of a speed, mm/s; ArcTech's own where there is none.
+fn written_weave(data: &WeldData, amplitude: Option<WeaveAmplitude>) -> String {
+    let Some(Ok(weave)) = &data.weave else {
+        return "Pattern #None,Length 4.0,Amplitude 2.0".to_owned();
+    };
+    let per_side = amplitude.map_or(1.0, WeaveAmplitude::per_side);
+    format!(
+        "Pattern {ZIGZAG},Length {},Amplitude {}",
+        short(data.speed / weave.frequency, 6),
+        short(per_side * weave.amplitude, 4)
+    )
 }
 
 fn channels(arguments: &str) -> String {
@@ -49,12 +96,13 @@ pub(super) fn declaration(number: usize, data: &WeldData, words: &KrlWords) -> S
     let (preflow, start) = (time(&words.preflow), time(&words.start_time));
     let (stands, postflow) = (time(&words.crater_time), time(&words.postflow));
     let velocity = short(data.speed / 1000.0, 6);
+    let weave = written_weave(data, *words.weave_amplitude);
     format!(
         "DECL stArcDat_T WDAT{number}={{WdatId[] \"WDAT{number}\",\
          Strike {{JobModeId[] \"{mode}\",ParamSetId[] \"{strike}\",StartTime {start},PreFlowTime {preflow}{channels},PurgeTime 0.0}},\
          Weld {{JobModeId[] \"{mode}\",ParamSetId[] \"{weld}\",Velocity {velocity}{channels}}},\
          Crater {{JobModeId[] \"{mode}\",ParamSetId[] \"{crater}\",CraterTime {stands},PostflowTime {postflow}{channels},BurnBackTime 0.0}},\
-         Weave {{Pattern #None,Length 4.0,Amplitude 2.0,Angle 0.0,LeftSideDelay 0.0,RightSideDelay 0.0}},\
+         Weave {{{weave},Angle 0.0,LeftSideDelay 0.0,RightSideDelay 0.0}},\
          Advanced {{IgnitionErrorStrategy 1,WeldErrorStrategy 1,SlopeOption #None,SlopeTime 0.0,SlopeDistance 0.0,\
          OnTheFlyActiveOn FALSE,OnTheFlyActiveOff FALSE,OnTheFlyDistanceOn 0.0,OnTheFlyDistanceOff 0.0}}}}"
     )
@@ -67,15 +115,20 @@ pub(super) fn seam(number: usize) -> String {
     )
 }
 
-/// The weld part of a declaration; nothing where it has none. `values` says how many channels mean something.
-pub(super) fn weld_data(text: &str, values: usize) -> Option<WeldData> {
+/// The weld part of a declaration; nothing where it has none. `values` says how many channels mean something, `amplitude` what that of
+/// a weave is.
+pub(super) fn weld_data(
+    text: &str,
+    values: usize,
+    amplitude: Option<WeaveAmplitude>,
+) -> Option<WeldData> {
     let all = fields(text)?;
     let group = |name: &str| match all.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)) {
         Some((_, Field::Group(inner))) => Some(inner),
         _ => None,
     };
     let weld = group("Weld")?;
-    let speed = 1000.0 * number_of(weld, "Velocity")?;
+    let speed = (1e12 * number_of(weld, "Velocity")?).round() / 1e9;
     let mut channels: Vec<f64> = (1..=CHANNELS)
         .map_while(|i| number_of(weld, &format!("Channel{i}")))
         .collect();
@@ -83,11 +136,10 @@ pub(super) fn weld_data(text: &str, values: usize) -> Option<WeldData> {
         channels.pop();
     }
     let arguments: Vec<String> = channels.iter().map(ToString::to_string).collect();
-    let pattern = group("Weave").and_then(|weave| text_of(weave, "Pattern"));
     Some(WeldData {
         arguments: arguments.join(","),
-        speed: (speed * 1e9).round() / 1e9,
-        weave: pattern.filter(|p| !p.eq_ignore_ascii_case("#None")),
+        speed,
+        weave: group("Weave").and_then(|group| weave(group, speed, amplitude)),
     })
 }
 

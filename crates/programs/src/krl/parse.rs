@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_toolpath::Weave;
+
 use super::arc::{Form, WeldData, weld_data};
 use super::data::{coordinates, fields, number_of};
+use super::words::WeaveAmplitude;
 use super::{COUPLED, coupled};
 use crate::collected::{Collected, scaled};
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
@@ -12,6 +15,9 @@ use crate::program::{
     PositionRef, Section, Speed, Termination,
 };
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word};
+
+/// How many channels mean something, and what the amplitude of a weave is.
+type Told = (usize, Option<WeaveAmplitude>);
 
 /// What the data list says.
 #[derive(Default)]
@@ -26,12 +32,18 @@ struct List {
 }
 
 /// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `values` is how many
-/// of ArcTech's channels mean something in this cell.
+/// of ArcTech's channels mean something in this cell, `amplitude` what that of a weave is.
 ///
 /// # Errors
 /// [`ParseError`] where no routine begins, or one does not end.
-pub fn read(source: &[u8], data: Option<&[u8]>, values: usize) -> Result<Vec<Parsed>, ParseError> {
-    let list = data.map_or_else(List::default, |data| list(&decoded(data), values));
+pub fn read(
+    source: &[u8],
+    data: Option<&[u8]>,
+    values: usize,
+    amplitude: Option<WeaveAmplitude>,
+) -> Result<Vec<Parsed>, ParseError> {
+    let told = (values, amplitude);
+    let list = data.map_or_else(List::default, |data| list(&decoded(data), told));
     let text = decoded(source);
     let mut reader = Reader {
         list: &list,
@@ -79,14 +91,14 @@ fn capital(name: &str) -> String {
     name.trim().to_ascii_uppercase()
 }
 
-fn list(text: &str, values: usize) -> List {
+fn list(text: &str, told: Told) -> List {
     let mut list = List::default();
     for (line, n) in trimmed(text).zip(1..) {
         let plain = line.is_empty() || line.starts_with([';', '&']);
         if plain || strip_word(line, "DEFDAT").is_some() || strip_word(line, "ENDDAT").is_some() {
             continue;
         }
-        if declared(&mut list, line, values).is_none() {
+        if declared(&mut list, line, told).is_none() {
             list.rest.push((n, line.to_owned()));
         }
     }
@@ -94,7 +106,7 @@ fn list(text: &str, values: usize) -> List {
 }
 
 /// Takes in a declaration; nothing where it is of another kind, or does not read.
-fn declared(list: &mut List, line: &str, values: usize) -> Option<()> {
+fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()> {
     let rest = strip_word(line, "DECL").unwrap_or(line).trim_start();
     let rest = strip_word(rest, "GLOBAL").unwrap_or(rest).trim_start();
     let (kind, rest) = rest.split_once(char::is_whitespace)?;
@@ -114,7 +126,7 @@ fn declared(list: &mut List, line: &str, values: usize) -> Option<()> {
             let all = fields(value)?;
             list.distances.insert(name, number_of(&all, "APO_DIST")?);
         }
-        "STARCDAT_T" => match weld_data(value, values) {
+        "STARCDAT_T" => match weld_data(value, values, amplitude) {
             Some(weld) => drop(list.welds.insert(name, weld)),
             // the seam's data lay no metal; a strike or a crater alone says no weld
             None => drop(fields(value)?),
@@ -151,6 +163,8 @@ struct Routine {
     form: Option<(Form, String)>,
     /// Weld data that are on.
     weld: Option<WeldData>,
+    /// The weave that is on.
+    weave: Option<Weave>,
 }
 
 struct Reader<'a> {
@@ -173,6 +187,7 @@ impl Reader<'_> {
                     frames: (None, None),
                     form: None,
                     weld: None,
+                    weave: None,
                 });
             } else if line.starts_with('&') && self.done.is_empty() {
                 self.application.push(line.to_owned());
@@ -480,7 +495,18 @@ impl Routine {
             arc,
             ..MotionInstruction::plain(kind, target, speed, termination)
         }));
+        self.swing();
         Some(())
+    }
+
+    /// The weave of the weld data that are on holds for the moves to come.
+    fn swing(&mut self) {
+        let weave = self.weld.as_ref().and_then(|weld| weld.weave.as_ref());
+        let weave = weave.and_then(|weave| weave.as_ref().ok()).copied();
+        if weave != self.weave {
+            self.weave = weave;
+            self.out.push(Instruction::Weave(weave));
+        }
     }
 
     /// What the arc does at the end of the move being read.
@@ -496,7 +522,7 @@ impl Routine {
             return Some(ArcWord::new(ArcAction::Start, name));
         };
         self.weld = Some(weld.clone());
-        if let Some(pattern) = &weld.weave {
+        if let Some(Err(pattern)) = &weld.weave {
             self.out.keep(&format!("Weave {pattern}"));
         }
         let goes_on = form == Form::Switch && before.is_some_and(|b| b.arguments == weld.arguments);

@@ -1,6 +1,24 @@
 //! What ArcTech on a KUKA is given: the `[program.krl]` table of a cell file.
 
-use meltpath_base::{Time, table};
+use meltpath_base::{Time, choice, table};
+
+choice! {
+    /// What the amplitude of a weave is.
+    pub enum WeaveAmplitude {
+        Side "side" => "From the path to one side.",
+        Across "across" => "From one side to the other.",
+    }
+}
+
+impl WeaveAmplitude {
+    /// How many of ArcTech's millimetres one to one side is.
+    pub(super) fn per_side(self) -> f64 {
+        match self {
+            WeaveAmplitude::Side => 1.0,
+            WeaveAmplitude::Across => 2.0,
+        }
+    }
+}
 
 table! {
     /// ArcTech's names and times; what its channels hold stands in the schedules.
@@ -21,6 +39,8 @@ table! {
         start_time: Time where within(0.0, 60.0) => default("0 s", "it moves at once");
         /// How long the arc stands at the end.
         crater_time: Time where within(0.0, 60.0) => default("0 s", "it ends at once");
+        /// What ArcTech takes the amplitude of a weave for.
+        weave_amplitude: WeaveAmplitude => none("needed where beads are woven, and to simulate weaves of other programs");
         /// Gas after the arc.
         postflow: Time where within(0.0, 60.0) => default("0 s", "the source sees to it");
     }

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use meltpath_toolpath::Weave;
+
 use super::arc::{self, Form, WeldData};
 use super::words::KrlWords;
 use super::{COUPLED, data};
@@ -30,6 +32,7 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
         distance: String::new(),
         arc: None,
         burns: false,
+        weave: None,
         sets: Vec::new(),
         seams: 0,
     };
@@ -83,6 +86,8 @@ struct Writer<'a> {
     arc: Option<(usize, String)>,
     /// Whether metal is laid during the move being written.
     burns: bool,
+    /// The weave that is on.
+    weave: Option<Weave>,
     sets: Vec<WeldData>,
     seams: usize,
 }
@@ -98,6 +103,8 @@ impl Writer<'_> {
                 )));
             }
             Instruction::Arc(_) => return Err(self.out.no_words(BETWEEN_MOVES)),
+            // the weld data of the moves tell it
+            Instruction::Weave(weave) => self.weave = *weave,
             Instruction::Wait(seconds) => self.out.line(&format!("WAIT SEC {}", short(*seconds, 3))),
             Instruction::UserFrame(n) => match self.out.program.attribute(COUPLED) {
                 Some(machine) => self.out.line(&format!(
@@ -232,7 +239,7 @@ impl Writer<'_> {
         let set = WeldData {
             arguments: arguments.clone(),
             speed,
-            weave: None,
+            weave: self.out.coming_weave(self.weave).map(Ok),
         };
         let known = self.sets.iter().position(|s| *s == set);
         let index = known.unwrap_or(self.sets.len());

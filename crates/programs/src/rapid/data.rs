@@ -1,8 +1,11 @@
 //! Data of modules: nested lists, targets, speeds, zones, weld data, from text and to text.
 
+use meltpath_toolpath::{Weave, WeaveShape};
+
 use crate::orientation::{quaternion_of, wpr_of_quaternion};
 use crate::program::{Axis, Coordinates};
 use crate::scan::arguments;
+use crate::weave::told;
 use crate::written::{fixed, short};
 
 /// Deepest nesting of lists that is read.
@@ -199,6 +202,46 @@ pub(super) fn weld(value: &Value, values: usize) -> Option<WeldData> {
         arguments: arguments.join(","),
         speed: speed.number().filter(|s| *s > 0.0)?,
     })
+}
+
+/// How long a zigzag is along the path, mm, and how wide to one side, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Zigzag {
+    length: f64,
+    amplitude: f64,
+}
+
+/// The zigzag of a `weavedata`: nothing where the torch swings in another way, or stays at its sides.
+pub(super) fn zigzag(value: &Value) -> Option<Zigzag> {
+    let all: Option<Vec<f64>> = value.list()?.iter().map(Value::number).collect();
+    let all = all?;
+    let [shape, kind, length, width] = *all.first_chunk()?;
+    // height, dwells, direction, tilt, orientation and bias; what follows is for the controller's own use
+    let plain = all.iter().take(12).skip(4).all(|v| *v == 0.0);
+    let by_length = kind == 0.0 || kind == 1.0;
+    (shape == 1.0 && by_length && plain && length > 0.0 && width > 0.0).then_some(Zigzag {
+        length,
+        amplitude: 0.5 * width,
+    })
+}
+
+impl Zigzag {
+    /// The weave that it is at a speed, mm/s.
+    pub(super) fn at(self, speed: f64) -> Weave {
+        told(&Weave {
+            shape: WeaveShape::Triangle,
+            frequency: speed / self.length,
+            amplitude: self.amplitude,
+            dwell: [0.0; 2],
+        })
+    }
+}
+
+/// The value of the `weavedata` of a weave at a speed, mm/s; `kind` says which axes weave.
+pub(super) fn written_weave(weave: &Weave, speed: f64, kind: u32) -> String {
+    let length = short(speed / weave.frequency, 6);
+    let width = short(2.0 * weave.amplitude, 4);
+    format!("[1,{kind},{length},{width},0,0,0,0,0,0,0,0,0,0,0]")
 }
 
 /// The value of a `welddata`; nothing where the arc word does not fit.

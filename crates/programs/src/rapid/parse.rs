@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::data::{self, Value, WeldData};
+use meltpath_toolpath::Weave;
+
+use super::data::{self, Value, WeldData, Zigzag};
 use super::statements::{Statement, statements};
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, decoded};
@@ -19,6 +21,7 @@ struct Declared {
     speeds: BTreeMap<String, f64>,
     zones: BTreeMap<String, f64>,
     welds: BTreeMap<String, WeldData>,
+    zigzags: BTreeMap<String, Zigzag>,
 }
 
 /// Reads the routines of a module, in their order. `values` is how many values of an `arcdata` mean something in this cell.
@@ -93,6 +96,7 @@ fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
             let weld = value.and_then(|v| data::weld(v, values));
             put(&mut known.welds, name, weld)
         }
+        "weavedata" => put(&mut known.zigzags, name, value.and_then(data::zigzag)),
         _ => None,
     };
     Some(read.is_none())
@@ -112,6 +116,8 @@ struct Routine {
     used: BTreeMap<String, (Option<u32>, Option<u32>)>,
     /// What is laid with while the arc burns.
     arc: Option<String>,
+    /// The weave that is on.
+    weave: Option<Weave>,
     /// Configurations count.
     monitored: bool,
 }
@@ -141,6 +147,7 @@ impl Reader {
                     objects: Vec::new(),
                     used: BTreeMap::new(),
                     arc: None,
+                    weave: None,
                     monitored: true,
                 });
                 return;
@@ -372,15 +379,6 @@ impl Routine {
             (_, Some(via)) => MotionKind::Circular { via },
             _ => MotionKind::Linear,
         };
-        // a path that is woven or tracked is not the one written
-        for word in ["Weave", "Track"] {
-            if stage.is_some() && told.iter().any(|s| strip_prefix(s, word).is_some()) {
-                self.out.keep(&format!(
-                    "\\{word} {}",
-                    switch(&told, word).unwrap_or_default()
-                ));
-            }
-        }
         let listed = |name: &str, map: &BTreeMap<String, f64>, read: fn(&Value) -> Option<f64>| {
             let known = map.get(&name.to_ascii_lowercase()).copied();
             known.or_else(|| read(&data::value(name)?))
@@ -418,13 +416,50 @@ impl Routine {
                 value: seam.to_owned(),
             });
         }
+        if stage.is_some() {
+            let swings = self.woven(&told, laid.as_ref().map(|weld| weld.speed), known);
+            if stage != Some(Stage::Start) {
+                self.swing(swings);
+            }
+        }
         let arc = self.arc(stage, laid);
         self.out.push(Instruction::Motion(MotionInstruction {
             arc,
             extra,
             ..MotionInstruction::plain(kind, target, speed, termination)
         }));
+        if stage == Some(Stage::End) {
+            self.swing(None);
+        }
         Some(())
+    }
+
+    /// The weave of a move that lays metal at a speed, mm/s; what is not known of its path is kept.
+    fn woven(&mut self, told: &[&str], speed: Option<f64>, known: &Declared) -> Option<Weave> {
+        let zigzag = switch(told, "Weave").and_then(|name| {
+            let known = known.zigzags.get(&name.to_ascii_lowercase()).copied();
+            known.or_else(|| data::zigzag(&data::value(name)?))
+        });
+        // a path that is woven in an unknown way or tracked is not the one written
+        for word in ["Weave", "Track"] {
+            let said = told.iter().any(|s| strip_prefix(s, word).is_some());
+            if said && !(word == "Weave" && zigzag.is_some()) {
+                self.out.keep(&format!(
+                    "\\{word} {}",
+                    switch(told, word).unwrap_or_default()
+                ));
+            }
+        }
+        let speed = speed.filter(|speed| speed.is_finite());
+        zigzag.zip(speed).map(|(zigzag, speed)| zigzag.at(speed))
+    }
+
+    /// The weave of the moves to come.
+    fn swing(&mut self, weave: Option<Weave>) {
+        if weave != self.weave {
+            self.weave = weave;
+            self.out.push(Instruction::Weave(weave));
+        }
     }
 
     /// What the arc does at the end of the move being read; the move before begins to lay with other data where these differ.

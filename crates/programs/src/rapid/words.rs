@@ -13,5 +13,7 @@ table! {
         work_object: String => required;
         /// How the arc starts and ends: a `seamdata`.
         seam: String => required;
+        /// How the arm weaves (`weave_type`): 0 by all axes, 1 by the wrist.
+        weave_type: u32 where within(0.0, 1.0) => default(0, "by all axes");
     }
 }

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::data::{WeldData, written, written_weld};
+use meltpath_toolpath::Weave;
+
+use super::data::{WeldData, written, written_weave, written_weld};
 use super::words::RapidWords;
 use crate::collected::indexed;
 use crate::program::{
@@ -49,6 +51,8 @@ pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, Wri
         speeds: Vec::new(),
         zones: Vec::new(),
         welds: Vec::new(),
+        weave: None,
+        weaves: Vec::new(),
     };
     for (at, instruction) in program.instructions.iter().enumerate() {
         writer.out.at = at;
@@ -81,6 +85,9 @@ pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, Wri
     }
     for (i, weld) in writer.welds.iter().enumerate() {
         let _ = writeln!(text, "  LOCAL PERS welddata wd{}:={weld};", i + 1);
+    }
+    for (i, weave) in writer.weaves.iter().enumerate() {
+        let _ = writeln!(text, "  LOCAL PERS weavedata wv{}:={weave};", i + 1);
     }
     for line in program.sections.iter().flat_map(|s| &s.lines) {
         let _ = writeln!(text, "  {line}");
@@ -117,6 +124,9 @@ struct Writer<'a> {
     speeds: Vec<String>,
     zones: Vec<String>,
     welds: Vec<String>,
+    /// The weave that is on.
+    weave: Option<Weave>,
+    weaves: Vec<String>,
 }
 
 /// The name of a value among those declared; it is added where it is new.
@@ -135,6 +145,8 @@ impl Writer<'_> {
                 )));
             }
             Instruction::Arc(_) => return Err(self.out.no_words(BETWEEN_MOVES)),
+            // moves name it
+            Instruction::Weave(weave) => self.weave = *weave,
             Instruction::Wait(seconds) => {
                 self.out.line(&format!("WaitTime {};", short(*seconds, 3)));
             }
@@ -241,16 +253,26 @@ impl Writer<'_> {
             (Some(_), None) => "End",
         };
         // a move is laid with its own weld data; the first is struck with those of the next
-        let weld = match before.as_ref() {
-            Some(arguments) => self.weld(arguments.clone(), millimetres)?,
-            None => self.weld(after.clone().unwrap_or_default(), self.next_speed())?,
+        let (arguments, laid, weave) = match before {
+            Some(arguments) => (arguments, millimetres, self.weave),
+            None => (
+                after.clone().unwrap_or_default(),
+                self.next_speed(),
+                self.out.coming_weave(self.weave),
+            ),
         };
+        let weave = weave.zip(laid).map_or_else(String::new, |(weave, speed)| {
+            let value = written_weave(&weave, speed, *self.words.weave_type);
+            format!("\\Weave:={}", declared(&mut self.weaves, "wv", value))
+        });
+        let weld = self.weld(arguments, laid)?;
         let seam = self
             .out
             .program
             .attribute("SEAM")
             .unwrap_or(&self.words.seam);
-        let line = format!("Arc{letter}{stage} {targets},{speed},{seam},{weld},{zone},{tool};");
+        let line =
+            format!("Arc{letter}{stage} {targets},{speed},{seam},{weld}{weave},{zone},{tool};");
         self.out.line(&line);
         self.arc = after;
         Ok(())

@@ -10,8 +10,8 @@ use crate::program::{
 };
 use crate::template::UNFILLED;
 use crate::written::{
-    ENDING, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, THREE_MOVES, TextFile, UNIT, WriteError, fixed,
-    robot_places, short,
+    ENDING, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, THREE_MOVES, TextFile, UNIT, WEAVE, WriteError,
+    fixed, robot_places, short,
 };
 
 /// The script of a program, with `\n` line ends: 1 µm and 0.0001°.
@@ -60,6 +60,7 @@ impl Writer<'_> {
             Instruction::Comment { text, .. } => self.out.line(&format!("#{text}")),
             Instruction::End => self.out.line("return"),
             Instruction::Raw(text) => self.out.line(text),
+            Instruction::Weave(_) => return Err(self.out.no_words(WEAVE)),
             Instruction::Label { .. } | Instruction::Jump(_) => {
                 return Err(self.out.no_words(JUMP));
             }

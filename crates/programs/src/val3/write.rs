@@ -12,7 +12,8 @@ use crate::program::{
 };
 use crate::template::UNFILLED;
 use crate::written::{
-    ENDING, JUMP, Lines, NO_PLACE, NoWords, THREE_MOVES, TextFile, WriteError, robot_places, short,
+    ENDING, JUMP, Lines, NO_PLACE, NoWords, THREE_MOVES, TextFile, WEAVE, WriteError, robot_places,
+    short,
 };
 
 /// A speed along the path that limits no joint move, mm/s.
@@ -125,6 +126,7 @@ impl Writer<'_> {
             Instruction::Comment { text, .. } => self.line(&format!("//{text}")),
             Instruction::End => self.line("return"),
             Instruction::Raw(text) => self.line(text),
+            Instruction::Weave(_) => Err(self.out.no_words(WEAVE)),
             Instruction::Label { .. } | Instruction::Jump(_) => Err(self.out.no_words(JUMP)),
         }
     }

@@ -142,7 +142,10 @@ fn what_a_coordinated_program_needs_is_asked_for() {
     let cell = without(|p| p.unit.value = None);
     assert!(told(&cell, Dialect::Rapid).contains("program.positioner.unit"));
     let cell = without(|p| p.axes.value.truncate(1));
-    assert!(told(&cell, Dialect::Krl).contains("is 2, but must be that of the cell's positioner"));
+    assert!(
+        told(&cell, Dialect::Krl)
+            .contains("is 2, but must be that of the cell's track and positioner")
+    );
 }
 
 #[test]

@@ -11,3 +11,5 @@ mod logic;
 mod others;
 mod source;
 mod told;
+mod track;
+mod weaving;

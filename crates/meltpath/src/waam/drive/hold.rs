@@ -55,22 +55,35 @@ pub(in crate::waam) fn write(
     Ok(Programs { chosen, ..programs })
 }
 
-/// The same toolpath for programs that are to say where the positioner stands: at rest until that is chosen. Nothing where programs
-/// need not say it.
+/// The same toolpath for programs that are to say where track and positioner stand: at rest until that is chosen. Nothing where
+/// programs need not say it.
 fn turned(toolpath: &Toolpath, settings: &Settings) -> Option<Toolpath> {
     let cell = settings.robot.as_ref()?;
-    let count = cell.positioner.as_ref()?.joints.len();
     if settings.external == ExternalChoice::Standing || settings.programs.is_empty() {
         return None;
     }
+    let rest = cell.at_rest();
+    let count = cell.positioner.as_ref().map_or(0, |p| p.joints.len());
+    let track = says_track(cell, settings).then_some(rest.track);
+    let axes: Vec<f64> = track
+        .into_iter()
+        .chain(rest.positioner.into_iter().take(count))
+        .collect();
+    if axes.is_empty() {
+        return None;
+    }
     let mut toolpath = toolpath.clone();
-    let rest = cell.at_rest().positioner;
     for layer in &mut toolpath.layers {
-        for (axis, value) in rest.iter().enumerate().take(count) {
+        for (axis, value) in axes.iter().enumerate() {
             layer.stand(axis, *value);
         }
     }
     Some(toolpath)
+}
+
+/// Whether programs say where the track stands.
+fn says_track(cell: &Cell, settings: &Settings) -> bool {
+    cell.track.is_some() && settings.cell.program.track.is_some()
 }
 
 /// Chooses how the robot holds the torch along programs, and writes it into their positions. Where it cannot hold it they stay as
@@ -85,7 +98,9 @@ fn choose(
         return Ok(Chosen::default());
     };
     let moves = commands(programs, schedules, settings, &Reporter::new())?;
-    if moves.turns {
+    // a plan that moves the axes itself has chosen
+    let moved = |axes: &Axes| axes.ends.iter().any(|end| *end != axes.start);
+    if moves.turns || moves.external.as_ref().is_some_and(moved) {
         return Ok(Chosen::default());
     }
     let any = BTreeMap::new();
@@ -113,8 +128,9 @@ fn choose(
     let dialect = program::spoken(programs);
     let reached = ends(&task, held).unwrap_or_default();
     let joints = cell.positioner.as_ref().map_or(0, |p| p.joints.len());
+    let free = settings.external == ExternalChoice::Free;
     let positioner = settings.cell.program.positioner.as_ref();
-    let positioner = positioner.filter(|_| settings.external == ExternalChoice::Free);
+    let slides = says_track(cell, settings);
     for reached in &reached {
         let stance = stance(cell, dialect, reached.joints);
         let Some(position) = positions.at(programs, &moves, reached) else {
@@ -123,12 +139,13 @@ fn choose(
         if let Some(coordinates) = of_robot(position) {
             hold_so(coordinates, stance, reached.tip);
         }
-        if let Some(positioner) = positioner {
-            let axes = reached.external.0.get(1..=joints);
-            tell(position, reached.tip, axes.unwrap_or_default(), positioner);
+        if free && (slides || positioner.is_some()) {
+            let [track, ..] = reached.external.0;
+            let turning = reached.external.0.get(1..=joints).unwrap_or_default();
+            let axes = (slides.then_some(track), turning);
+            tell(position, reached.tip, axes, positioner);
         }
     }
-    let free = settings.external == ExternalChoice::Free;
     Ok(Chosen {
         external: free.then(|| axes_of(&reached, &moves)),
         clearance: Some(*found),

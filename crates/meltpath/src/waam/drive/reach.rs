@@ -235,6 +235,7 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
         }
         _ => check,
     };
+    let check = swung(check, worst.distance - settings.limits.clearance, moves);
     let check = match cell.shapes.as_ref().and_then(|s| s.table) {
         Some(_) => check,
         None => check.because("the table is not checked: shapes.table is not written"),
@@ -242,6 +243,22 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
     let shapes = cell.shapes_are_guessed().then(|| "shapes".to_owned());
     let guesses: Vec<String> = cell.guesses().into_iter().chain(shapes).collect();
     guessed(check, &guesses)
+}
+
+/// Nothing passes that the torch might touch where it swings beside the path that was followed; `room` mm are left along the path.
+fn swung(check: Check, room: f64, moves: &Commands) -> Check {
+    let swings = moves.weaves.iter().map(|w| w.amplitude);
+    let swing = swings.fold(0.0, f64::max);
+    if check.status != Status::Pass || swing <= room {
+        return check;
+    }
+    Check {
+        status: Status::CannotSay,
+        ..check
+    }
+    .because(&format!(
+        "the torch swings {swing:.1} mm beside the path that is followed, farther than there is room beyond the limit"
+    ))
 }
 
 fn pair(closest: &Closest) -> String {

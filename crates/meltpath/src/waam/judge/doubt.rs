@@ -66,6 +66,14 @@ pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Opti
     })
 }
 
+/// The doubt that woven beads leave: the model of the bead was measured on beads that are not woven.
+pub(in crate::waam) fn of_weaves() -> Doubt {
+    Doubt {
+        reason: "beads are woven: metal is laid along the woven path, but no woven bead was measured to hold the model to".to_owned(),
+        remedy: "compare the section of a woven bead with the one that the report shows".to_owned(),
+    }
+}
+
 /// The doubt that metal leaves which leans out over all layers below.
 pub(in crate::waam) fn of_lean(lean: &Lean) -> Doubt {
     Doubt {

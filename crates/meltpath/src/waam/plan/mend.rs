@@ -226,8 +226,9 @@ pub(in crate::waam) fn settle(
     let plain = planned(&loaded.name, part, settings, &own, observer)?;
     let built = build(part, &plain, settings, (&own, observer))?;
     let checks = built.undecided();
-    // no way to fill holds a wall that leans, nor says how a controller goes round corners
+    // no way to fill holds a wall that leans, nor says how a controller goes round corners or how wide a woven bead is
     let doubted = plain.plan.lean.is_some()
+        || settings.weave.is_some()
         || doubt::of_corners(*settings.cell.program.dialect, settings).is_some();
     let mended = if checks.is_empty() || doubted || !checks.iter().all(may_be_mended) {
         None

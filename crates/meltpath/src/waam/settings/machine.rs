@@ -93,7 +93,6 @@ pub(in crate::waam) fn check_external(
         Err(key.problem(message).help(help))
     };
     let axes = |robot: &robot::Cell| robot.positioner.as_ref().map_or(0, |p| p.joints.len());
-    let no_program = "write output.programs = [], and the way is planned and checked without one";
     match robot {
         None => refused(
             "the job names no robot",
@@ -103,10 +102,12 @@ pub(in crate::waam) fn check_external(
             "the robot's file has neither track nor positioner",
             "write [track] or [positioner] into a robot file of your own",
         ),
-        Some(r) if r.track.is_some() && !programs.is_empty() => refused(
-            "words for a track that moves are written in no dialect",
-            no_program,
-        ),
+        Some(r) if r.track.is_some() && cell.program.track.is_none() && !programs.is_empty() => {
+            refused(
+                "the cell's file does not say how its controller is told the track",
+                "write [program.track] into the cell's file (source, user_frame; unit for ABB), or output.programs = []: the way is then planned and checked without a program",
+            )
+        }
         Some(r) => match &*cell.program.positioner {
             Some(told) if told.axes.len() != axes(r) && !programs.is_empty() => refused(
                 &format!(

@@ -1,0 +1,147 @@
+//! Jobs whose arm rides on a track while it lays metal: a wall farther than the arm reaches, from job to programs and back.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::dialects::cell;
+use crate::support::{check, refusal, says, write};
+use meltpath::outcome::RunFolder::NextIn;
+use meltpath::waam::{run, simulate_program};
+use meltpath_base::{Silent, Status};
+use meltpath_data::{find, robots};
+
+/// How long the wall is, mm: farther than the arm reaches from one place.
+const LONG: f64 = 4400.0;
+
+/// A KUKA on a track along y, before a table that stands still.
+fn robot(folder: &Path) {
+    let text = find(robots::ALL, "kuka-kr16-r2010-2").unwrap().text;
+    let (arm, after) = text.split_once("\n[table]").unwrap();
+    let (_, shapes) = after.split_once("\n[shapes]").unwrap();
+    let text = format!(
+        "{arm}\n[table]\nposition = [\"1300 mm\", \"0 mm\", \"500 mm\"]\n\
+         [track]\nsource = \"test\"\naxis = [0, 1, 0]\nlow = \"-3 m\"\nhigh = \"3 m\"\nspeed = \"1 m/s\"\n\
+         [shapes]{shapes}"
+    );
+    write(folder, "robot.toml", text);
+}
+
+/// A wall along y, 4 mm thick, with its middle at the origin.
+fn wall(folder: &Path) {
+    let corner = |i: usize| {
+        let side = |bit: usize, size: f64| {
+            if i & bit == 0 {
+                -0.5 * size
+            } else {
+                0.5 * size
+            }
+        };
+        [
+            side(1, 4.0),
+            side(2, LONG),
+            if i & 4 == 0 { 0.0 } else { 3.0 },
+        ]
+    };
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let mut text = "solid wall\n".to_owned();
+    for [a, b, c, d] in quads {
+        for corners in [[a, b, c], [a, c, d]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in corners.map(corner) {
+                writeln!(text, "vertex {x} {y} {z}").unwrap();
+            }
+            text += "endloop\nendfacet\n";
+        }
+    }
+    write(folder, "long.stl", text + "endsolid wall\n");
+}
+
+const TRACK: &str =
+    "[program.track]\nsource = \"test\"\nuser_frame = \"stands\"\nunit = \"TRACK1\"\n";
+
+fn job(folder: &Path, track: &str, programs: &str) -> PathBuf {
+    robot(folder);
+    wall(folder);
+    write(folder, "cell.toml", cell("kuka-krl") + track);
+    write(
+        folder,
+        "job.toml",
+        format!(
+            "part = \"long.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+             [waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 1\n[fill]\nstrategy = \"raster\"\n\
+             [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\nexternal = \"free\"\nsmoothing = \"50 %\"\n\
+             [simulation]\ncell = \"2 mm\"\n[output]\nprograms = {programs}\n"
+        ),
+    )
+}
+
+/// The values behind a word in a text.
+fn values(text: &str, before: &str, after: char) -> Vec<f64> {
+    let all = text.split(before).skip(1);
+    all.filter_map(|rest| rest.split(after).next()?.trim().parse().ok())
+        .collect()
+}
+
+fn spread(all: &[f64]) -> f64 {
+    let (low, high) = all
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    high - low
+}
+
+#[test]
+fn a_wall_beyond_reach_is_laid_along_the_track() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    let programs = "[\"kuka-krl\", \"abb-rapid\", \"fanuc-ls\"]";
+    let job = job(&home, TRACK, programs);
+    let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let verdict = &outcome.verdict;
+    println!("{}", check(verdict, "reach").line());
+    assert_ne!(check(verdict, "reach").status, Status::Fail);
+    assert_eq!(check(verdict, "program").status, Status::Pass);
+    let folder = outcome.folder.join("program");
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let kuka = values(&text("JOB.dat"), "E1 ", '}');
+    assert!(spread(&kuka) > LONG - 2.0 * 2010.0, "{kuka:?}");
+    let fanuc = values(&text("JOB.LS"), "E1=", 'm');
+    assert_eq!(kuka.len(), fanuc.len());
+    let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-3;
+    assert!(kuka.iter().zip(&fanuc).all(near), "{kuka:?} {fanuc:?}");
+    says(&text("JOB.mod"), &["ActUnit TRACK1;"]);
+    // positions stand where the part does: the wall is as long in them as it is
+    let ys = values(&text("JOB.dat"), ",Y ", ',');
+    assert!(spread(&ys) > LONG - 20.0, "{ys:?}");
+    for name in ["JOB.src", "JOB.mod", "JOB.LS"] {
+        let (out, program) = (dir.path().join(name), folder.join(name));
+        let again = simulate_program(&program, Some(&job), NextIn(&out), &Silent).unwrap();
+        let again = &again.verdict;
+        assert_eq!(check(again, "lines").status, Status::Pass, "{name}");
+        let excess = check(again, "excess");
+        assert!(!excess.reason.contains("positioner"), "{excess:?}");
+        let value = |v| check(v, "reach").value.as_ref().unwrap().value;
+        let off: f64 = value(again) - value(verdict);
+        assert!(off.abs() < 0.2, "{name}: {off}");
+    }
+}
+
+#[test]
+fn a_track_of_which_the_cell_says_nothing_is_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = refusal(&job(dir.path(), "", "[\"kuka-krl\"]"));
+    says(&told, &["is told the track", "[program.track]"]);
+    let told = refusal(&job(
+        dir.path(),
+        TRACK,
+        "[\"kuka-krl\", \"yaskawa-inform\"]",
+    ));
+    says(&told, &["Yaskawa INFORM", "in pulses"]);
+}
