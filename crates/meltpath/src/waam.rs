@@ -1,12 +1,14 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
 mod arm_way;
+mod axes;
 mod bead;
 mod by_joints;
 pub(crate) mod checks;
 mod columns;
 mod cover;
 mod doubt;
+mod driven;
 pub mod error;
 pub(crate) mod film;
 mod foreign;
@@ -20,6 +22,7 @@ mod machine;
 mod mend;
 mod metal;
 pub(crate) mod named;
+mod over;
 mod own;
 pub mod plan;
 mod planned;
@@ -34,6 +37,7 @@ pub mod settings;
 pub mod simulate;
 pub mod surface;
 pub mod target;
+mod travels;
 mod tube;
 pub mod wanted;
 

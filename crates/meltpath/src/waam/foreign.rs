@@ -22,6 +22,7 @@ use super::reach;
 use super::run::{Shown, load_part, write_common};
 use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, simulate};
+use super::travels;
 use super::tube;
 use crate::job::{self, Job, JobError};
 use crate::outcome::{self, Outcome, record_inputs};
@@ -60,6 +61,7 @@ pub fn simulate_program(
     let (parsed, files) = program_files::read(main, cell, &reporter)?;
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
+    travels::pace(&parsed, &mut commands, settings, observer);
     let commands = commands;
     let folder = outcome::folder(out, runs)?;
     let part = loaded
@@ -98,12 +100,7 @@ pub fn simulate_program(
     observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
-    facts.extend(reach::facts(
-        along.as_ref(),
-        &commands,
-        &simulation.summary.commands,
-        settings,
-    ));
+    facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(own.as_ref().and_then(|own| own.chosen.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));

@@ -8,6 +8,7 @@ use super::hold;
 use super::plan::{self, Plan};
 use super::program::{Commands, Programs};
 use super::settings::Settings;
+use super::travels;
 use super::wanted::Wanted;
 use crate::stages::part::Part;
 
@@ -52,6 +53,7 @@ pub(super) fn read_back(
         None,
         (reporter, observer),
     )?;
-    let commands = programs.commands(settings, reporter)?;
+    let mut commands = programs.commands(settings, reporter)?;
+    travels::pace(&programs.parsed, &mut commands, settings, observer);
     Ok((programs, commands))
 }
