@@ -1,5 +1,6 @@
 //! What stands in a robot cell: arm, track, positioner, torch and part, with the frames between them, read from a file.
 
+mod axes;
 mod build;
 mod file;
 mod frame;
@@ -7,6 +8,7 @@ mod layout;
 mod stance;
 mod urdf;
 
+pub use axes::AXES;
 pub use build::read;
 pub use file::{ArmKind, CellFile};
 pub use layout::{Arrangement, Cell, External, Frames, Holder, Maker, Shapes, Source, Values};

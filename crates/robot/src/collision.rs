@@ -19,4 +19,4 @@ pub use bodies::Body;
 pub use clear::{Clearance, Cleared, hold_clear};
 pub use metal::Metal;
 pub use surroundings::Surroundings;
-pub use sweep::{Closest, sweep};
+pub use sweep::{Closest, over_joint_moves, sweep};

@@ -3,5 +3,6 @@
 pub mod corner;
 pub mod fir;
 mod history;
+pub mod riders;
 mod timeline;
 mod track;

@@ -5,10 +5,12 @@ pub mod cell;
 pub mod collision;
 pub mod command;
 pub mod controller;
+pub mod driven;
 pub mod interpolation;
 pub mod kinematics;
 pub mod posture;
 pub mod summary;
+pub mod travel;
 pub mod weave;
 
 pub use command::{Command, Kind, Smoothing, Source};

@@ -6,6 +6,7 @@
 //! every move is followed finely, the joints always the nearest continuation, so that a jump of branch is found and never taken.
 
 mod chain;
+mod change;
 mod choice;
 mod comfort;
 mod follow;
@@ -20,6 +21,7 @@ mod wide;
 use meltpath_geometry::math::DVec3;
 
 pub use chain::{Chain, End};
+pub use change::{Change, changes};
 pub use follow::{Follower, Sample};
 pub use search::{Search, hold, runs};
 pub use stretch::{Place, Stretch};

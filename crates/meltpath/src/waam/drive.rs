@@ -1,9 +1,13 @@
 //! The machine along programs: how the job's robot holds the torch, what that comes near, and the motion to look at.
 
 pub(crate) mod arm_way;
+pub(crate) mod axes;
 pub(crate) mod columns;
+pub(crate) mod driven;
 pub(crate) mod film;
 pub(crate) mod hold;
 pub(crate) mod lean;
+pub(crate) mod over;
 pub(crate) mod reach;
 pub mod record;
+pub(crate) mod travels;

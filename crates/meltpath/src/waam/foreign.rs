@@ -24,6 +24,7 @@ use crate::waam::deposit::metal::{self, Laid, against_part};
 use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
 use crate::waam::deposit::tube;
 use crate::waam::drive::reach;
+use crate::waam::drive::travels;
 use crate::waam::judge::checks::{borrowed_check, build_facts, programmed, range_check};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::own::own_plan;
@@ -59,6 +60,7 @@ pub fn simulate_program(
     let (parsed, files) = files::read(main, cell, &reporter)?;
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
+    travels::pace(&parsed, &mut commands, settings, observer);
     let commands = commands;
     let folder = home.create()?;
     let part = loaded
@@ -97,12 +99,7 @@ pub fn simulate_program(
     observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
-    facts.extend(reach::facts(
-        along.as_ref(),
-        &commands,
-        &simulation.summary.commands,
-        settings,
-    ));
+    facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(own.as_ref().and_then(|own| own.chosen.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));

@@ -23,6 +23,8 @@ use meltpath_programs::{
 use meltpath_robot::cell::External;
 use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
+use meltpath_robot::posture::Change;
+use meltpath_robot::travel::LeastTime;
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
 use super::settings::Settings;
@@ -117,6 +119,8 @@ pub struct Chosen {
     pub clearance: Option<Clearance>,
     /// The way, for programs of the same moves in other words.
     pub way: Option<Arc<ArmWay>>,
+    /// Travels on which the arm goes over to another way.
+    pub over: Vec<Change>,
 }
 
 impl Programs {
@@ -133,6 +137,7 @@ impl Programs {
         let chosen = self.chosen.external.clone();
         commands.external = commands.external.or(chosen);
         commands.clearance = self.chosen.clearance;
+        commands.over.clone_from(&self.chosen.over);
         Ok(commands)
     }
 }
@@ -267,8 +272,23 @@ pub struct Commands {
     pub external: Option<Axes>,
     /// Whether the way that was chosen keeps clear of what stands around; nothing where none was chosen.
     pub clearance: Option<Clearance>,
+    /// Travels on which the arm goes over to another way, as it was chosen.
+    pub over: Vec<Change>,
+    /// Travels that take longer than they are programmed, as an axis goes no faster: their speeds are set so.
+    pub slowed: Vec<Slowed>,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
+}
+
+/// A travel that an axis makes longer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slowed {
+    /// The travel.
+    pub command: u32,
+    /// The least time that the axes take, and the slowest of them.
+    pub least: LeastTime,
+    /// What it would take the tool alone, s.
+    pub programmed: f64,
 }
 
 impl Commands {
@@ -367,6 +387,8 @@ pub fn commands(
         external: external(toolpath, settings),
         weaves: reading.toolpath.weaves,
         clearance: None,
+        over: Vec::new(),
+        slowed: Vec::new(),
         arc_length,
         gaps: reading.gaps,
     })

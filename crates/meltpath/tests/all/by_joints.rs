@@ -459,7 +459,10 @@ fn the_joints_of_a_program_are_a_table_and_slow_axes_are_told() {
     println!("{told:?}");
     says(
         &told.reason,
-        &["axis 2 of the positioner: 15.0 s, simulated "],
+        &[
+            "axis 2 of the positioner: 15.0 s in place of ",
+            "without accelerations",
+        ],
     );
     let value = told.value.as_ref().unwrap().value;
     assert!((9.0..12.0).contains(&value), "{told:?}");

@@ -19,6 +19,7 @@ mod health;
 mod identify;
 mod lpbf;
 mod names;
+mod over;
 mod reach;
 mod reference;
 mod remedies;

@@ -335,7 +335,7 @@ fn track(
             low: table.low.0,
             high: table.high.0,
             speed: table.speed.map(|s| s.0),
-            acceleration: None,
+            acceleration: table.acceleration.map(|a| a.0),
         },
     };
     Some(Chain {
@@ -351,9 +351,10 @@ fn positioner(
 ) -> Option<Chain> {
     let count = table.axes.len();
     let speeds = table.speed.as_ref().map_or(count, |s| s.len());
-    if [table.low.len(), table.high.len(), speeds] != [count; 3] {
+    let accelerations = table.acceleration.as_ref().map_or(count, |a| a.len());
+    if [table.low.len(), table.high.len(), speeds, accelerations] != [count; 4] {
         let message = format!(
-            "{} has {count} axes: low, high and speed take as many values",
+            "{} has {count} axes: low, high, speed and acceleration take as many values",
             setting.name
         );
         problems.push(setting.problem(message));
@@ -364,7 +365,7 @@ fn positioner(
             low: table.low[i].0,
             high: table.high[i].0,
             speed: table.speed.as_ref().map(|s| s[i].0),
-            acceleration: None,
+            acceleration: table.acceleration.as_ref().map(|a| a[i].0),
         })
         .collect();
     if limits.iter().any(|l| l.low >= l.high) {

@@ -1,9 +1,17 @@
 //! The file of a robot cell as it is written: every table with where its numbers come from.
 
 use meltpath_base::settings::Many;
-use meltpath_base::{Angle, AngularAcceleration, AngularSpeed, Length, Speed, choice, table};
+use meltpath_base::{
+    Angle, AngularAcceleration, AngularSpeed, Length, Speed, choice, quantity, table,
+};
 
 use super::layout::{Arrangement, Maker};
+
+quantity!(
+    /// How fast a speed of sliding changes, mm/s² inside.
+    TrackAcceleration, "acceleration", "mm/s²",
+    [("m/s²", 1e3), ("mm/s²", 1.0)]
+);
 
 choice! {
     /// What an arm is made of, which decides how its joint values are found.
@@ -171,6 +179,8 @@ table! {
         high: Length => required;
         /// The greatest speed.
         speed: Speed where positive => none("not known: speeds are not checked");
+        /// The greatest acceleration.
+        acceleration: TrackAcceleration where positive => none("not known: accelerations are not checked");
     }
 
     /// A positioner of one or two axes, the first in the world.
@@ -187,5 +197,7 @@ table! {
         high: Many<Angle, 1, 2> => required;
         /// The greatest speeds.
         speed: Many<AngularSpeed, 1, 2> where positive => none("not known: speeds are not checked");
+        /// The greatest accelerations.
+        acceleration: Many<AngularAcceleration, 1, 2> where positive => none("not known: accelerations are not checked");
     }
 }

@@ -18,6 +18,9 @@ const EXACT: f64 = 0.1;
 /// How exactly those beyond it, as a share of what is told beyond.
 const ROUGH: f64 = 0.25;
 
+/// No two bodies lie as deep in each other, mm.
+const NEVER: f64 = -1e6;
+
 /// Where two bodies come nearest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closest {
@@ -52,6 +55,64 @@ pub fn sweep(
     let mut found: Vec<Closest> = least.known.into_values().collect();
     found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     Ok(found)
+}
+
+/// The least distance of any pair on the joint moves of a held program between two of its runs, mm, as exactly as [`sweep`] finds it;
+/// nothing where there is no such move, or none comes within a metre.
+///
+/// # Errors
+/// [`NotHeld`], where the program is not held after all.
+pub fn over_joint_moves(
+    task: &Task<'_>,
+    held: &Held,
+    around: &Surroundings<'_>,
+    wanted: f64,
+) -> Result<Option<f64>, NotHeld> {
+    let mut least = OnJointMoves {
+        least: Least {
+            wanted,
+            command: 0,
+            position: DVec3::ZERO,
+            known: BTreeMap::new(),
+        },
+        begins: held.chains.iter().map(|c| c.first).collect(),
+        here: false,
+    };
+    pass(task, held, around, &mut least)?;
+    let found = least.least.known.values().map(|c| c.distance);
+    Ok(found.reduce(f64::min))
+}
+
+/// Looks at joint moves alone.
+struct OnJointMoves {
+    least: Least,
+    /// The joint moves that lead to the runs.
+    begins: Vec<Option<u32>>,
+    here: bool,
+}
+
+impl Look for OnJointMoves {
+    fn next(&mut self, run: usize, lengths: [f64; 2], command: u32, tip: DVec3) {
+        let begin = self.begins.get(run).copied().flatten();
+        self.here = lengths[1] <= 0.0 && begin == Some(command);
+        self.least.next(run, lengths, command, tip);
+    }
+
+    fn below(&self, bodies: [Body; 2]) -> f64 {
+        if self.here {
+            self.least.below(bodies)
+        } else {
+            NEVER
+        }
+    }
+
+    fn settled(&self, bodies: [Body; 2], between: [f64; 2]) -> bool {
+        self.least.settled(bodies, between)
+    }
+
+    fn tell(&mut self, bodies: [Body; 2], distance: f64) {
+        self.least.tell(bodies, distance);
+    }
 }
 
 /// The least distances so far.

@@ -170,7 +170,7 @@ fn check(start: Pose, commands: &[Command]) -> Result<(), MotionError> {
 }
 
 /// The cascade on three components: from the moments of the nominal motion to filtered values and their derivative.
-struct Cascade {
+pub(super) struct Cascade {
     last_first: DVec3,
     /// T_1 over the motion averaged twice over dt, then T_2.
     first: MovingAverage<DVec3>,
@@ -178,7 +178,7 @@ struct Cascade {
 }
 
 impl Cascade {
-    fn new(n1: usize, n2: usize, value: DVec3) -> Self {
+    pub(super) fn new(n1: usize, n2: usize, value: DVec3) -> Self {
         Cascade {
             last_first: 0.5 * value,
             first: MovingAverage::new(n1, value),
@@ -188,7 +188,7 @@ impl Cascade {
 
     /// The filtered value at the end of the interval whose moments are `m`.
     #[inline]
-    fn push(&mut self, m: Moments) -> DVec3 {
+    pub(super) fn push(&mut self, m: Moments) -> DVec3 {
         // triangle of two intervals: rising over the last, falling over this one
         let twice = self.last_first + m.zeroth - m.first;
         self.last_first = m.first;

@@ -159,6 +159,24 @@ impl Arm {
         best.map(|s| beside(s.angles)).ok_or(Unreachable::AtBorder)
     }
 
+    /// The same for a flange that has gone on a little: an arm without a closed form is led there from where its joints are.
+    ///
+    /// # Errors
+    /// [`Unreachable`] where there is none.
+    pub fn onward(
+        &self,
+        base_from_flange: Pose,
+        joints: &[f64; 6],
+    ) -> Result<[f64; 6], Unreachable> {
+        if self.geometry == Geometry::Other
+            && let Some(found) = numeric::descend(&self.chain, base_from_flange, *joints)
+        {
+            let whole = |i: usize| TAU * ((joints[i] - found[i]) / TAU).round();
+            return Ok(std::array::from_fn(|i| found[i] + whole(i)));
+        }
+        self.nearest(base_from_flange, joints)
+    }
+
     fn search(&self, base_from_flange: Pose) -> Result<Inverse, Unreachable> {
         let found = numeric::search(&self.chain, base_from_flange, STARTS);
         if found.is_empty() {

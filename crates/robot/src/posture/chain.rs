@@ -109,6 +109,24 @@ impl Chain {
         }
     }
 
+    /// What comes after one of its legs, as a run of its own whose way is not chosen.
+    pub(super) fn after(&self, leg: usize) -> Option<Chain> {
+        let last = self.legs.get(leg)?;
+        let gone = last.begin + last.length;
+        let moved = |leg: &Leg| Leg {
+            begin: leg.begin - gone,
+            ..*leg
+        };
+        Some(Chain {
+            first: Some(last.command),
+            start: last.at(1.0),
+            external: last.external_at(1.0),
+            legs: self.legs[leg + 1..].iter().map(moved).collect(),
+            turns: Vec::new(),
+            joints: [0.0; 6],
+        })
+    }
+
     /// The command at a length.
     pub fn command_at(&self, length: f64) -> u32 {
         let after = self.legs.partition_point(|l| l.begin <= length);

@@ -18,6 +18,9 @@ const ROTATIONS: usize = 36;
 const FAR: f64 = 30.0;
 const NEAR: f64 = 10.0;
 
+/// A joint move from other beads costs as much as going as far along such a length, mm.
+const GOING_OVER: f64 = 1e4;
+
 /// A way to hold a key place: a rotation, and one of the ways of the arm at it.
 type Way = (u8, u16);
 
@@ -230,13 +233,14 @@ pub(super) fn milder(a: Why, b: Why) -> Why {
     }
 }
 
-/// Chooses a way at each key place, so that joint motion and discomfort are least over the whole run.
+/// Chooses a way at each key place, so that joint motion and discomfort are least over the whole run. Where a joint move leads there from other
+/// beads, its own motion counts too.
 ///
 /// # Errors
 /// [`NotHeld`] at the first key place that no way leads to.
 pub(super) fn climb(
     task: &Task<'_>,
-    chain: &Chain,
+    (chain, from): (&Chain, Option<[f64; 6]>),
     blocked: &Blocked<'_>,
     observer: &dyn Observer,
 ) -> Result<Chosen, NotHeld> {
@@ -263,6 +267,9 @@ pub(super) fn climb(
         blocked.clear(rung, at, &mut nodes);
         let gone = rungs.get(rung.wrapping_sub(1)).map_or(0.0, |l| length - l);
         let (nodes, step) = if rung == 0 {
+            for node in &mut nodes {
+                node.cost += from.map_or(0.0, |from| going_over(&from, &node.joints));
+            }
             first = nodes.iter().map(|n| (n.way, n.joints)).collect();
             let step = nodes.iter().map(|n| Step {
                 way: n.way,
@@ -292,6 +299,12 @@ pub(super) fn climb(
         ..places.chosen(&rungs, &ways)
     };
     Ok(Chosen { chain, ways })
+}
+
+/// What a joint move costs, rad²/mm.
+fn going_over(from: &[f64; 6], to: &[f64; 6]) -> f64 {
+    let squares = from.iter().zip(to).map(|(a, b)| (b - a) * (b - a));
+    squares.sum::<f64>() / GOING_OVER
 }
 
 /// The ways at a key place that some way of the one before leads to, with the least cost so far.

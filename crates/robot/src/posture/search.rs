@@ -3,10 +3,10 @@
 use meltpath_base::Observer;
 
 use super::chain::{Chain, chains};
-use super::follow::{Sample, verify};
+use super::follow::{Broken, Sample, verify};
 use super::free::Free;
 use super::ladder::{self, Blocked};
-use super::task::{Axes, Guard, Near, NotHeld, Task, Why};
+use super::task::{Axes, Guard, Near, NotHeld, Rotation, Task, Why};
 use super::{Held, Margins};
 
 /// How often a way that breaks between its key places is blocked and another one looked for.
@@ -36,7 +36,16 @@ pub struct Search<'a> {
 struct Run<'a> {
     chain: &'a Chain,
     way: Way<'a>,
-    found: Option<(Chain, Margins)>,
+    found: Option<Found>,
+}
+
+/// A run whose way was chosen.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    chain: Chain,
+    margins: Margins,
+    /// Joint angles at its end, rad.
+    end: [f64; 6],
 }
 
 enum Way<'a> {
@@ -73,13 +82,16 @@ impl<'a> Search<'a> {
             chains: Vec::with_capacity(self.runs.len()),
             margins: Margins::default(),
         };
+        let mut before = None;
         for run in &mut self.runs {
             let found = match run.found.take() {
                 Some(found) => found,
-                None => run.search(self.task, observer)?,
+                None => run.search(self.task, before, observer)?,
             };
-            held.margins = held.margins.and(&found.1);
-            held.chains.push(found.0.clone());
+            held.margins = held.margins.and(&found.margins);
+            held.chains.push(found.chain.clone());
+            // a run that goes nowhere is one place, wherever the arm comes from
+            before = (!found.chain.legs.is_empty()).then_some(found.end);
             run.found = Some(found);
         }
         Ok(held)
@@ -102,38 +114,53 @@ impl<'a> Search<'a> {
 }
 
 impl Run<'_> {
-    /// A way that holds, and what it comes near to.
+    /// A way that holds, and what it comes near to; a joint move leads there from `before`.
     fn search(
         &mut self,
         task: &Task<'_>,
+        before: Option<[f64; 6]>,
         observer: &dyn Observer,
-    ) -> Result<(Chain, Margins), NotHeld> {
+    ) -> Result<Found, NotHeld> {
         let chain = match &mut self.way {
-            Way::Arm(blocked) => return of_arm(task, self.chain, blocked, observer),
+            Way::Arm(blocked) => {
+                let from = before.filter(|_| task.rotation == Rotation::Free);
+                return of_arm(task, (self.chain, from), blocked, observer);
+            }
             Way::All(free) => free.best(observer)?,
         };
-        let mut margins = Margins::default();
-        let add = |sample: &Sample| margins.add(task.cell, sample);
-        verify(task, &chain, add).map_err(|broken| broken.not_held)?;
-        Ok((chain, margins))
+        verified(task, &chain).map_err(|broken| broken.not_held)
     }
 }
 
-/// A way of the arm alone, and what it comes near to.
-fn of_arm(
+/// A chosen run that was followed to its end.
+fn verified(task: &Task<'_>, chain: &Chain) -> Result<Found, Broken> {
+    let mut margins = Margins::default();
+    let mut end = chain.joints;
+    let add = |sample: &Sample| {
+        margins.add(task.cell, sample);
+        end = sample.joints;
+    };
+    verify(task, chain, add)?;
+    Ok(Found {
+        chain: chain.clone(),
+        margins,
+        end,
+    })
+}
+
+/// A way of the arm alone, and what it comes near to; it begins near `from`, where a joint move leads there from other beads.
+pub(super) fn of_arm(
     task: &Task<'_>,
-    chain: &Chain,
+    (chain, from): (&Chain, Option<[f64; 6]>),
     blocked: &mut Blocked<'_>,
     observer: &dyn Observer,
-) -> Result<(Chain, Margins), NotHeld> {
+) -> Result<Found, NotHeld> {
     let mut first = None;
     for _ in 0..ATTEMPTS {
-        let chosen =
-            ladder::climb(task, chain, blocked, observer).map_err(|e| first.unwrap_or(e))?;
-        let mut margins = Margins::default();
-        let add = |sample: &Sample| margins.add(task.cell, sample);
-        let broken = match verify(task, &chosen.chain, add) {
-            Ok(()) => return Ok((chosen.chain, margins)),
+        let chosen = ladder::climb(task, (chain, from), blocked, observer)
+            .map_err(|e| first.unwrap_or(e))?;
+        let broken = match verified(task, &chosen.chain) {
+            Ok(found) => return Ok(found),
             Err(broken) => broken,
         };
         first.get_or_insert(broken.not_held);

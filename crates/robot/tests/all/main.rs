@@ -7,6 +7,7 @@
 )]
 
 mod collision;
+mod driven;
 mod external;
 mod kinematics;
 mod motion;

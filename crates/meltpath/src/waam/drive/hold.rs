@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use meltpath_base::{Observer, Reporter};
+use meltpath_base::{Observer, Quiet, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{
@@ -11,17 +11,26 @@ use meltpath_programs::program::{
 };
 use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
 use meltpath_robot::cell::{Cell, External, Stance, Values};
-use meltpath_robot::collision::{Clearance, Cleared, Metal, Surroundings, hold_clear};
+use meltpath_robot::collision::{
+    Clearance, Cleared, Metal, Surroundings, hold_clear, over_joint_moves,
+};
 use meltpath_robot::command::{Kind, Source};
-use meltpath_robot::posture::{self, End, Follower, Held, NotHeld, Rotation, Task, hold};
+use meltpath_robot::posture::{self, Change, End, Follower, Held, NotHeld, Rotation, Task, hold};
 use meltpath_toolpath::Toolpath;
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::columns as metal;
+use crate::waam::drive::over;
 use crate::waam::program::wanted::{Asked, Torch};
 use crate::waam::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
 use crate::waam::settings::Settings;
+
+/// The robot that is followed along a program; nothing where the job names none, or where others turn the part than it knows.
+pub(in crate::waam) fn followed<'a>(moves: &Commands, settings: &'a Settings) -> Option<&'a Cell> {
+    let known = !moves.turns || moves.external.is_some();
+    settings.robot.as_ref().filter(|_| known)
+}
 
 /// Room that the way keeps beyond what the verdict asks for, mm.
 const SPARE: f64 = 1.0;
@@ -103,26 +112,16 @@ fn choose(
     if moves.turns || moves.external.as_ref().is_some_and(moved) {
         return Ok(Chosen::default());
     }
-    let any = BTreeMap::new();
-    let axes = match settings.external {
-        ExternalChoice::Standing => posture::Axes::Standing,
-        ExternalChoice::Free => posture::Axes::Free,
-    };
-    let task = Task {
-        axes,
-        ..task(cell, &moves, Rotation::Free, &any)
-    };
     let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
-    let way = if let Some(way) = known {
-        Arc::clone(way)
-    } else {
-        let cleared = held(&task, &moves, settings, observer);
-        observer.check()?;
-        let Ok(cleared) = cleared else {
-            return Ok(Chosen::default());
-        };
-        Arc::new(ArmWay::along((moves.start, &moves.commands), cleared))
+    let found = match known {
+        Some(way) => Some((moves, Arc::clone(way), Vec::new())),
+        None => looked_for((programs, schedules), moves, settings, observer)?,
     };
+    let Some((moves, way, over)) = found else {
+        return Ok(Chosen::default());
+    };
+    let any = BTreeMap::new();
+    let task = free(cell, &moves, settings, &any);
     let Cleared { held, found } = &way.cleared;
     let positions = Positions::of(programs);
     let dialect = program::spoken(programs);
@@ -150,7 +149,122 @@ fn choose(
         external: free.then(|| axes_of(&reached, &moves)),
         clearance: Some(*found),
         way: Some(way),
+        over,
     })
+}
+
+/// What is held along a program whose way is to be chosen.
+fn free<'a>(
+    cell: &'a Cell,
+    moves: &'a Commands,
+    settings: &Settings,
+    any: &'a BTreeMap<Option<u32>, Stance>,
+) -> Task<'a> {
+    let axes = match settings.external {
+        ExternalChoice::Standing => posture::Axes::Standing,
+        ExternalChoice::Free => posture::Axes::Free,
+    };
+    Task {
+        axes,
+        ..task(cell, moves, Rotation::Free, any)
+    }
+}
+
+/// Moves, the way along them, and where the arm goes over to another way.
+type Found = (Commands, Arc<ArmWay>, Vec<Change>);
+
+/// The way along programs. Where no single way holds them, travels become joint moves over which the arm goes to another one. Nothing where
+/// that does not help: the programs stay as they are then.
+fn looked_for(
+    (programs, schedules): (&mut [Program], &[Schedule]),
+    moves: Commands,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<Option<Found>, ProgramStageError> {
+    let Some(cell) = &settings.robot else {
+        return Ok(None);
+    };
+    let any = BTreeMap::new();
+    let task = free(cell, &moves, settings, &any);
+    let cleared = held(&task, &moves, settings, observer);
+    observer.check()?;
+    if let Ok(cleared) = cleared {
+        let way = ArmWay::along((moves.start, &moves.commands), cleared);
+        return Ok(Some((moves, Arc::new(way), Vec::new())));
+    }
+    // an arm without words for its way cannot be told to change it; axes that are free are chosen with one
+    let told = stance(cell, program::spoken(programs), [0.0; 6]).is_some();
+    if !told || settings.external == ExternalChoice::Free {
+        return Ok(None);
+    }
+    let changes = over::in_the_air(&task, &moves, observer);
+    observer.check()?;
+    let changes = match changes {
+        Ok(changes) if !changes.is_empty() => changes,
+        _ => return Ok(None),
+    };
+    let as_built = programs.to_vec();
+    let mut best: Option<(f64, f64)> = None;
+    for lift in over::LIFTS {
+        programs.clone_from_slice(&as_built);
+        if !over::write(programs, &moves, &changes, lift) {
+            return Ok(None);
+        }
+        let raised = commands(programs, schedules, settings, &Reporter::new())?;
+        let task = free(cell, &raised, settings, &any);
+        let room = room_over(&task, &raised, settings, observer);
+        observer.check()?;
+        let Some(room) = room else { continue };
+        if best.is_none_or(|(most, _)| room > most + SPARE) {
+            best = Some((room, lift));
+        }
+        if room >= 0.0 {
+            break;
+        }
+    }
+    programs.clone_from_slice(&as_built);
+    let Some((_, lift)) = best else {
+        return Ok(None);
+    };
+    over::write(programs, &moves, &changes, lift);
+    let raised = commands(programs, schedules, settings, &Reporter::new())?;
+    let cleared = held(
+        &free(cell, &raised, settings, &any),
+        &raised,
+        settings,
+        observer,
+    );
+    observer.check()?;
+    let Ok(cleared) = cleared else {
+        programs.clone_from_slice(&as_built);
+        return Ok(None);
+    };
+    let way = ArmWay::along((raised.start, &raised.commands), cleared);
+    Ok(Some((raised, Arc::new(way), changes)))
+}
+
+/// How much more room than is asked for the joint moves of a program leave to what stands around, mm; nothing where no way holds it. Where no
+/// shapes are told, any do.
+fn room_over(
+    task: &Task<'_>,
+    moves: &Commands,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Option<f64> {
+    let held = hold(task, &Quiet(observer)).ok()?;
+    let metal = expected(moves, settings);
+    let (Some(shapes), Some(_)) = (&task.cell.shapes, metal.first()) else {
+        return Some(0.0);
+    };
+    let at = |command| metal_at(moves, &metal, command);
+    let around = Surroundings {
+        shapes,
+        metal: &at,
+        plate: settings.plate_thickness,
+    };
+    let wanted = settings.limits.clearance + SPARE;
+    let least = over_joint_moves(task, &held, &around, wanted).ok()?;
+    Some(least.unwrap_or(f64::INFINITY) - wanted)
 }
 
 /// The way of the robot; clear of metal, table and itself where its file tells shapes and there is such a way.

@@ -1,25 +1,26 @@
 //! The robot along a program: how it holds the torch, what its positions then say, and whether they can be reached.
 
+use std::collections::BTreeSet;
+
 use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
 use meltpath_programs::Program;
 use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
-use meltpath_robot::command::Source;
+use meltpath_robot::command::Kind;
+use meltpath_robot::driven::Driven;
 use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
-use meltpath_robot::summary::CommandRecord;
 
+use crate::waam::drive::axes::{axis, guessed};
+use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Step};
-use crate::waam::drive::hold::{Positions, ends, metal_at, named, stance, task, written_stance};
+use crate::waam::drive::hold::{
+    Positions, ends, followed, metal_at, named, stance, task, written_stance,
+};
 use crate::waam::drive::lean::Turned;
+use crate::waam::drive::travels;
 use crate::waam::program::{self, Commands};
 use crate::waam::settings::Settings;
-
-/// The robot that is followed along a program; nothing where the job names none, or where others turn the part than it knows.
-fn followed<'a>(moves: &Commands, settings: &'a Settings) -> Option<&'a Cell> {
-    let known = !moves.turns || moves.external.is_some();
-    settings.robot.as_ref().filter(|_| known)
-}
 
 /// What the robot does along a program.
 #[derive(Debug)]
@@ -31,6 +32,10 @@ pub(crate) struct Along {
     closest: Option<Vec<Closest>>,
     /// Positions whose CONFIG is not that of the arm there, and the first of them.
     differing: Option<(usize, Place)>,
+    /// Joint moves over which the arm stands another way than before, and how before and after.
+    changes: Vec<(u32, [Stance; 2])>,
+    /// Its axes along the real motion; nothing where they were not followed.
+    driven: Option<Driven>,
     /// The way of the axes.
     steps: Vec<Step>,
 }
@@ -56,13 +61,21 @@ pub(in crate::waam) fn along(
             closest,
             configurations: Vec::new(),
             differing: None,
+            changes: Vec::new(),
+            driven: driven::along(&task, &held, moves, (settings, observer)),
             steps: film::steps(&task, &held)?,
         };
+        let mut before = None;
         for reached in ends(&task, &held)? {
             let found = stance(cell, dialect, reached.joints);
             let Some(found) = found.filter(|s| !matches!(s, Stance::Joints(_))) else {
                 continue;
             };
+            if let (Some(before), Some(command)) = (before.replace(found), reached.command)
+                && before != found
+            {
+                along.changes.push((command, [before, found]));
+            }
             if along.configurations.last() != Some(&found) {
                 along.configurations.push(found);
             }
@@ -140,8 +153,19 @@ pub(in crate::waam) fn checks(
             checks
         }
         Ok(along) => vec![
-            guessed(reached(&along.margins, moves, settings), &cell.guesses()),
-            guessed(speed(&along.margins, moves), &cell.guesses()),
+            guessed(reached(along, moves, settings), &cell.guesses()),
+            guessed(
+                driven::speed(
+                    (along.driven.as_ref(), along.margins.speed),
+                    moves,
+                    settings,
+                ),
+                &cell.guesses(),
+            ),
+            guessed(
+                driven::acceleration(along.driven.as_ref(), moves, settings),
+                &cell.guesses(),
+            ),
             collision(along, moves, settings, cell),
             config(along, cell),
         ],
@@ -165,9 +189,11 @@ fn not_checked(reason: &str) -> Vec<Check> {
     .to_vec()
 }
 
-/// The least distance of a joint from its limits.
-fn reached(margins: &Margins, moves: &Commands, settings: &Settings) -> Check {
-    let least = margins.limit;
+/// The least distance of a joint from its limits, on the path as written and on the one that is driven.
+fn reached(along: &Along, moves: &Commands, settings: &Settings) -> Check {
+    let driven = along.driven.as_ref().and_then(|d| d.limit);
+    let both = [along.margins.limit, driven].into_iter().flatten();
+    let least = both.min_by(|a, b| a.value.total_cmp(&b.value));
     let degrees = least.map_or(f64::NAN, |l| l.value.to_degrees());
     let check = Check::judge(
         "reach",
@@ -181,33 +207,6 @@ fn reached(margins: &Margins, moves: &Commands, settings: &Settings) -> Check {
             .because(&axis(l.joint))
             .remedy("place the part elsewhere (machine.place, or [table] of the robot's file)"),
         None => check,
-    }
-}
-
-/// What people call an axis: joints of the arm from 0, then track and positioner.
-fn axis(number: usize) -> String {
-    match number {
-        0..6 => format!("joint {}", number + 1),
-        6 => "the track".to_owned(),
-        _ => format!("axis {} of the positioner", number - 6),
-    }
-}
-
-/// The greatest joint speed along beads.
-fn speed(margins: &Margins, moves: &Commands) -> Check {
-    const ID: &str = "joint-speed";
-    const TITLE: &str = "speed of joints along beads, share of what they can do";
-    match margins.speed {
-        Some(l) => Check::judge(
-            ID,
-            TITLE,
-            Measure::exact(100.0 * l.value, "%"),
-            Limit::AtMost(100.0),
-        )
-        .at(moves.place(l.command, l.position))
-        .because(&axis(l.joint))
-        .remedy("a lower travel speed, or the part elsewhere: near a singularity joints turn fast"),
-        None => Check::not_checked(ID, TITLE, "the robot's file tells no speeds"),
     }
 }
 
@@ -325,7 +324,29 @@ fn shown(words: &[String]) -> String {
 
 /// Where and why a program cannot be held.
 fn not_reached(not: &NotHeld, moves: &Commands, cell: &Cell) -> Check {
-    let (reason, remedy) = match not.why {
+    let (reason, remedy) = why(not);
+    let check = Check {
+        status: Status::Fail,
+        reason,
+        ..Check::not_checked("reach", REACH, "")
+    };
+    let guesses = cell.guesses();
+    let check = if guesses.is_empty() {
+        check
+    } else {
+        check.because(&format!(
+            "with the guesses of the robot's file: {}",
+            guesses.join(", ")
+        ))
+    };
+    check
+        .at(moves.place(not.command, not.position))
+        .remedy(remedy)
+}
+
+/// Why a place cannot be held, and what to do about it.
+fn why(not: &NotHeld) -> (String, String) {
+    match not.why {
         Why::Unreachable(why) => (
             why.to_string(),
             match why {
@@ -354,96 +375,49 @@ fn not_reached(not: &NotHeld, moves: &Commands, cell: &Cell) -> Check {
             "the torch can be held there, but not by going on from the places before: the arm would have to change its configuration, or wind a joint beyond its limits, within a move".to_owned(),
             "move the part, so that the wrist stays on one side of the first axis and its own axes do not come in line".to_owned(),
         ),
-    };
-    let check = Check {
-        status: Status::Fail,
-        reason,
-        ..Check::not_checked("reach", REACH, "")
-    };
-    let guesses = cell.guesses();
-    let check = if guesses.is_empty() {
-        check
-    } else {
-        check.because(&format!(
-            "with the guesses of the robot's file: {}",
-            guesses.join(", ")
-        ))
-    };
-    check
-        .at(moves.place(not.command, not.position))
-        .remedy(remedy)
+    }
 }
 
-/// Nothing passes by a guess.
-fn guessed(check: Check, guesses: &[String]) -> Check {
-    if guesses.is_empty() || !matches!(check.status, Status::Pass | Status::Warn) {
-        return check;
-    }
-    let reason = format!(
-        "within the limit, but the robot's file guesses {}",
-        guesses.join(", ")
-    );
-    Check {
-        status: Status::CannotSay,
-        ..check
-    }
-    .because(&reason)
-    .remedy("measure them, and write them with their `source` into a robot file of your own (meltpath inspect shows it)")
-}
-
-/// Travels that an axis makes longer than they are simulated: the times are those of the wire's tip alone.
-fn slowed(along: &Along, cell: &Cell, moves: &Commands, records: &[CommandRecord]) -> Option<Fact> {
-    /// Times closer than this are one, s.
-    const SAME: f64 = 0.05;
-    let mut before: Option<&Step> = None;
-    let (mut sum, mut worst) = (0.0, None::<(f64, f64, usize, u32)>);
-    for of_move in along.steps.chunk_by(|a, b| a.command == b.command) {
-        let command = of_move.first()?.command;
-        let (mut least, mut slowest) = (0.0, (0.0, 0));
-        for step in of_move {
-            let taken = before.and_then(|from| from.slowest(step, cell));
-            before = Some(step);
-            let Some((time, axis)) = taken else { continue };
-            least += time;
-            if time > slowest.0 {
-                slowest = (time, axis);
-            }
+/// Joint moves over which the arm goes to another way, and why.
+fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
+    let joint = |command: u32| {
+        let command = moves.commands.get(command as usize);
+        command.is_some_and(|c| c.kind == Kind::Joint)
+    };
+    let seen = along.changes.iter().map(|c| c.0).filter(|c| joint(*c));
+    let all: BTreeSet<u32> = seen.chain(moves.over.iter().map(|o| o.command)).collect();
+    let place = |command: u32| {
+        let target = moves.commands.get(command as usize).map(|c| c.target);
+        moves.place(command, target.unwrap_or_default())
+    };
+    let told = |command: &u32| {
+        let mut told = format!("at {}", place(*command));
+        if let Some((_, [before, after])) = along.changes.iter().find(|c| c.0 == *command) {
+            told += &format!(" from {before} to {after}");
         }
-        let at = command as usize;
-        let (Some(moved), Some(record)) = (moves.commands.get(at), records.get(at)) else {
-            continue;
-        };
-        let more = least - (record.end - record.start);
-        if matches!(moved.source, Source::Off) && more > SAME {
-            sum += more;
-            if worst.is_none_or(|w| more > w.0) {
-                worst = Some((more, least, slowest.1, command));
-            }
+        if let Some(o) = moves.over.iter().find(|o| o.command == *command) {
+            let at = moves.place(o.why.command, o.why.position);
+            told += &format!(", as no way from before leads past {at}: {}", why(&o.why).0);
         }
-    }
-    let (more, least, joint, command) = worst?;
-    let target = moves.commands.get(command as usize)?.target;
+        told
+    };
+    let first = place(*all.first()?);
+    let words: Vec<String> = all.iter().map(told).collect();
     let fact = Fact::new(
-        "travel-axes",
-        "travels take longer than simulated, as an axis goes no faster, at least by",
-        Measure::exact(sum, "s"),
-        &format!(
-            "most {}: {least:.1} s, simulated {:.1} s",
-            axis(joint),
-            least - more
-        ),
+        "way-changes",
+        "changes of the arm's way in the air, by joint moves",
+        Measure::exact(words.len() as f64, ""),
+        &shown(&words),
     );
-    Some(fact.at(moves.place(command, target)))
+    Some(fact.at(first))
 }
 
-/// How near the arm comes to its singularities, and which travels its axes make longer.
+/// How near the arm comes to its singularities, where it changes its way, and which travels its axes make longer.
 pub(in crate::waam) fn facts(
     along: Option<&Result<Along, NotHeld>>,
     moves: &Commands,
-    records: &[CommandRecord],
-    settings: &Settings,
 ) -> Vec<Fact> {
-    let (Some(Ok(along)), Some(cell)) = (along, &settings.robot) else {
+    let Some(Ok(along)) = along else {
         return Vec::new();
     };
     let m = &along.margins;
@@ -473,6 +447,7 @@ pub(in crate::waam) fn facts(
         Some(fact.at(moves.place(l.command, l.position)))
     })
     .chain(clearances(along, moves))
-    .chain(slowed(along, cell, moves, records))
+    .chain(way_changes(along, moves))
+    .chain(travels::fact(moves))
     .collect()
 }

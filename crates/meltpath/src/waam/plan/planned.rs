@@ -5,6 +5,7 @@ use meltpath_toolpath::Toolpath;
 
 use crate::stages::part::Part;
 use crate::waam::drive::hold;
+use crate::waam::drive::travels;
 use crate::waam::error::WaamError;
 use crate::waam::plan::{self, Plan};
 use crate::waam::program::wanted::Wanted;
@@ -52,6 +53,7 @@ pub(in crate::waam) fn read_back(
         None,
         (reporter, observer),
     )?;
-    let commands = programs.commands(settings, reporter)?;
+    let mut commands = programs.commands(settings, reporter)?;
+    travels::pace(&programs.parsed, &mut commands, settings, observer);
     Ok((programs, commands))
 }

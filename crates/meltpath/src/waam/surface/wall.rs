@@ -93,12 +93,7 @@ pub(super) fn wall(
     if let Ok(grown) = &driven.grown {
         facts.extend(metal::facts(grown, asked, &commands, settings));
     }
-    facts.extend(reach::facts(
-        along.as_ref(),
-        &commands,
-        &driven.summary.commands,
-        settings,
-    ));
+    facts.extend(reach::facts(along.as_ref(), &commands));
     Ok(Wall {
         sheet,
         plan,

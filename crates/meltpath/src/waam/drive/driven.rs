@@ -1,0 +1,155 @@
+//! The axes of the robot along its real motion: what the verdict says of their speeds and accelerations while the arc burns.
+
+use meltpath_base::{Check, Limit, Measure, Observer, Quiet};
+use meltpath_robot::command::Source;
+use meltpath_robot::driven::{Driven, Peak, drive};
+use meltpath_robot::posture::{Held, Least, Task};
+
+use crate::waam::drive::axes::axis;
+use crate::waam::program::Commands;
+use crate::waam::settings::Settings;
+
+/// m/min in a mm/s.
+const M_PER_MIN: f64 = 0.06;
+
+/// The axes along the motion of a held program; nothing where nobody says how the controller interpolates.
+pub(in crate::waam) fn along(
+    task: &Task<'_>,
+    held: &Held,
+    moves: &Commands,
+    (settings, observer): (&Settings, &dyn Observer),
+) -> Option<Driven> {
+    settings.cell.motion.as_ref()?;
+    let weaves = (&moves.weaves[..], &moves.weave_of_command[..]);
+    drive(task, held, &settings.controller, weaves, &Quiet(observer)).ok()
+}
+
+const SPEED: &str = "speed of axes along beads, share of what they can do";
+const ACCELERATION: &str = "acceleration of axes along beads, share of what they can do";
+
+/// The greatest speed of an axis along beads; where the motion is not known, that at the set speed along the path as `written`.
+pub(in crate::waam) fn speed(
+    (driven, written): (Option<&Driven>, Option<Least>),
+    moves: &Commands,
+    settings: &Settings,
+) -> Check {
+    let id = "joint-speed";
+    let set = |most: Least| {
+        let command = moves.commands.get(most.command as usize);
+        let speed = command.map_or(0.0, |c| c.speed);
+        Peak { most, speed }
+    };
+    let peak = match driven {
+        Some(driven) => driven.speed,
+        None => written.map(set),
+    };
+    match peak {
+        Some(peak) => judged((id, SPEED), (driven, &peak), moves, settings),
+        None => Check::not_checked(id, SPEED, "the robot's file tells no speeds"),
+    }
+}
+
+/// The greatest acceleration of an axis along beads.
+pub(in crate::waam) fn acceleration(
+    driven: Option<&Driven>,
+    moves: &Commands,
+    settings: &Settings,
+) -> Check {
+    let id = "joint-acceleration";
+    let Some(driven) = driven else {
+        return Check::not_checked(id, ACCELERATION, NO_MOTION);
+    };
+    let untold: Vec<usize> = (0..)
+        .zip(driven.untold)
+        .filter(|u| u.1)
+        .map(|u| u.0)
+        .collect();
+    match driven.acceleration {
+        // what is known decides where it fails
+        Some(peak) if untold.is_empty() || peak.most.value > 1.0 => {
+            judged((id, ACCELERATION), (Some(driven), &peak), moves, settings)
+        }
+        _ if untold.is_empty() => {
+            Check::not_checked(id, ACCELERATION, "no axis moves along a bead")
+        }
+        _ => {
+            let lacks = |of: &std::ops::Range<usize>| untold.iter().any(|a| of.contains(a));
+            let tables = [
+                ("[joints]", 0..6),
+                ("[track]", 6..7),
+                ("[positioner]", 7..9),
+            ];
+            let lacking = tables.iter().filter(|(_, of)| lacks(of));
+            let lacking: Vec<&str> = lacking.map(|(table, _)| *table).collect();
+            let reason = format!(
+                "the robot's file does not tell what axes can do that move: write acceleration in its {}",
+                lacking.join(" and ")
+            );
+            Check::not_checked(id, ACCELERATION, &reason)
+        }
+    }
+}
+
+const NO_MOTION: &str =
+    "the cell's file does not say how its controller goes round corners: write its [motion]";
+
+fn judged(
+    (id, title): (&str, &str),
+    (driven, peak): (Option<&Driven>, &Peak),
+    moves: &Commands,
+    settings: &Settings,
+) -> Check {
+    let (share, at) = (peak.most.value, peak.most);
+    let check = Check::judge(
+        id,
+        title,
+        Measure::exact(100.0 * share, "%"),
+        Limit::AtMost(100.0),
+    )
+    .at(moves.place(at.command, at.position))
+    .because(&axis(at.joint))
+    .remedy("a lower travel speed, or the part elsewhere: near a singularity joints turn fast");
+    let check = if share > 1.0 {
+        check.because(&not_held(driven, peak, moves, settings))
+    } else {
+        check
+    };
+    match driven.and_then(|d| d.lost) {
+        Some(lost) => check.because(&format!(
+            "not followed at {}: there the motion, which cuts corners, leaves what the arm can hold",
+            moves.place(lost.command, lost.position)
+        )),
+        None => check,
+    }
+}
+
+/// What happens where the set speed cannot be held.
+fn not_held(driven: Option<&Driven>, peak: &Peak, moves: &Commands, settings: &Settings) -> String {
+    let share = peak.most.value;
+    let reached = peak.speed / share;
+    let mut told = format!(
+        "the wire's tip goes {:.2} m/min there, {:.2} m/min would be within limits: a robot that slows down to it lays {share:.2} times the metal per length",
+        peak.speed * M_PER_MIN,
+        reached * M_PER_MIN,
+    );
+    let command = moves.commands.get(peak.most.command as usize);
+    if let Some(Source::On { wire_feed }) = command.map(|c| c.source) {
+        let programmed = wire_feed / settings.feed_factor();
+        if settings.map.covers(programmed, reached) {
+            let bead = settings.map.bead(programmed, reached);
+            told += &format!(
+                ", a bead {:.1} mm wide and {:.1} mm high",
+                bead.width.value, bead.height.value
+            );
+        } else {
+            told += ", a bead that the process map does not cover";
+        }
+    }
+    if let Some(driven) = driven {
+        told += &format!(
+            "; along {:.1} mm of beads an axis cannot follow",
+            driven.beyond
+        );
+    }
+    told
+}

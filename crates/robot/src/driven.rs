@@ -1,0 +1,324 @@
+//! The axes of a cell along the motion that its controller really makes, corners cut and slowed down at: how fast they go there, how fast
+//! they speed up, and how near they come to their limits.
+//!
+//! The wire's tip, the turn of the tool and the external axes are those of [`crate::interpolation::fir`]; the arm goes on from its chosen way
+//! ([`crate::posture`]), the joints always the nearest continuation. Between two samples a speed or an acceleration is bounded: the mean of
+//! the step, and what the differences beside it let it rise above that.
+
+use meltpath_base::Observer;
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DMat3, DQuat, DVec3};
+use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
+
+use crate::cell::{AXES, External, Values};
+use crate::command::{Kind, Source};
+use crate::controller::Controller;
+use crate::controller::ControllerError;
+use crate::interpolation::corner::dwells;
+use crate::interpolation::fir::{MotionError, simulate};
+use crate::interpolation::riders::{Carried, Rider, Riders};
+use crate::kinematics::Limits;
+use crate::posture::{Axes, Held, Least, NotHeld, Task, Why};
+use crate::weave::Weaving;
+
+/// Every so many samples of the motion the axes are looked at.
+const EVERY: usize = 2;
+/// A joint that goes farther from one sample to the next has changed its way, rad.
+const JUMP: f64 = 0.35;
+/// Steps below this are rounding, rad or mm.
+const ROUNDING: f64 = 1e-9;
+
+meltpath_base::passes_on! {
+    /// Why the axes could not be followed.
+    #[derive(Clone, PartialEq)]
+    pub enum DrivenError {
+        /// The commands cannot be driven.
+        Motion(MotionError),
+        /// The controller's data are unsound.
+        Controller(ControllerError),
+    }
+}
+
+/// What the axes come near to on a motion.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Driven {
+    /// Least distance of a joint from its limits, rad.
+    pub limit: Option<Least>,
+    /// Greatest speed while the arc burns, as a share of what the axis can do.
+    pub speed: Option<Peak>,
+    /// Greatest acceleration while the arc burns, as a share of what the axis can do; of axes whose greatest is known.
+    pub acceleration: Option<Peak>,
+    /// Axes that move while the arc burns and whose greatest acceleration nobody tells.
+    pub untold: [bool; AXES],
+    /// Length of the beads along which an axis would have to do more than it can, mm.
+    pub beyond: f64,
+    /// Where the arm could not go on from its chosen way.
+    pub lost: Option<NotHeld>,
+}
+
+/// The greatest share of what an axis can do, and the speed of the wire's tip there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// The share, the axis, the place.
+    pub most: Least,
+    /// Speed of the wire's tip there, mm/s.
+    pub speed: f64,
+}
+
+/// Follows the axes of a held program along its motion. `weaves` are those of the program, and which of them each command has, from 1.
+///
+/// # Errors
+/// [`DrivenError`].
+pub fn drive(
+    task: &Task<'_>,
+    held: &Held,
+    controller: &Controller,
+    weaves: (&[Weave], &[u32]),
+    observer: &dyn Observer,
+) -> Result<Driven, DrivenError> {
+    let rest = task.values.external();
+    let (start, ends) = match task.axes {
+        Axes::Written { start, ends } => (start, ends),
+        Axes::Standing | Axes::Free => (rest, &[][..]),
+    };
+    let ends: Vec<DVec3> = ends.iter().map(|e| DVec3::from_array(e.0)).collect();
+    let carried = Carried {
+        start: DVec3::from_array(start.0),
+        ends: &ends,
+    };
+    let dt = controller.sampling();
+    let (place, orientation) = (task.start.position, task.start.orientation);
+    let dwells = dwells(place, orientation, task.commands, controller);
+    let riders = Riders::new(
+        task.start,
+        task.commands,
+        &dwells,
+        carried,
+        (controller, dt),
+    )?;
+    let mut axes = Following::new(task, held, (riders, dt));
+    let mut weaving;
+    let sink: &mut dyn MotionSink = if weaves.0.is_empty() {
+        &mut axes
+    } else {
+        weaving = Weaving::new(weaves.0, weaves.1, &mut axes);
+        &mut weaving
+    };
+    simulate(task.start, task.commands, controller, dt, observer, sink)?;
+    Ok(axes.found)
+}
+
+/// A moment: where every axis stands, as the controller shows it.
+#[derive(Clone, Copy)]
+struct Moment {
+    axes: [f64; AXES],
+    tip: DVec3,
+    speed: f64,
+    command: u32,
+}
+
+/// Goes along a motion.
+struct Following<'a> {
+    task: &'a Task<'a>,
+    riders: Riders<'a>,
+    limits: [Option<Limits>; AXES],
+    /// Joints at the begin of each run, by the command that leads there.
+    begins: Vec<(Option<u32>, [f64; 6])>,
+    /// Where the arm is; nothing on a joint move.
+    joints: Option<[f64; 6]>,
+    /// The last four moments, the newest last.
+    moments: Vec<Moment>,
+    /// From one looked at to the next, s.
+    step: f64,
+    count: usize,
+    found: Driven,
+}
+
+impl<'a> Following<'a> {
+    fn new(task: &'a Task<'a>, held: &Held, (riders, dt): (Riders<'a>, f64)) -> Self {
+        let begins: Vec<_> = held.chains.iter().map(|c| (c.first, c.joints)).collect();
+        Following {
+            task,
+            riders,
+            limits: task.cell.axis_limits(),
+            joints: begins.first().map(|b| b.1),
+            begins,
+            moments: Vec::with_capacity(5),
+            step: EVERY as f64 * dt,
+            count: 0,
+            found: Driven::default(),
+        }
+    }
+
+    /// Where the arm is looked for: at the place before, after a joint move at the begin of the run that it leads to.
+    fn near(&self, command: u32) -> Option<[f64; 6]> {
+        self.joints.or_else(|| {
+            let after = self
+                .begins
+                .partition_point(|(first, _)| first.is_none_or(|f| f <= command));
+            self.begins.get(after.saturating_sub(1)).map(|b| b.1)
+        })
+    }
+
+    /// Takes the next place of the motion.
+    fn place(&mut self, tip: Pose, external: External, (command, speed): (u32, f64)) {
+        let of = self.task.commands.get(command as usize);
+        if of.is_some_and(|c| c.kind == Kind::Joint) {
+            self.joints = None;
+            self.moments.clear();
+            return;
+        }
+        let cell = self.task.cell;
+        let Some(near) = self.near(command) else {
+            return;
+        };
+        let values = Values::of(near, external);
+        let flange = cell.base_from_flange(tip, &values);
+        let joints = match cell.arm.onward(flange, &near) {
+            Ok(joints) => joints,
+            Err(why) => return self.lose(tip, command, Why::Unreachable(why)),
+        };
+        let jumped = (0..6).any(|i| (joints[i] - near[i]).abs() > JUMP);
+        if jumped && !self.moments.is_empty() {
+            return self.lose(tip, command, Why::Change);
+        }
+        self.joints = Some(joints);
+        let axes = cell.shown(&Values::of(joints, external));
+        self.moments.push(Moment {
+            axes,
+            tip: tip.position,
+            speed,
+            command,
+        });
+        if self.moments.len() > 4 {
+            self.moments.remove(0);
+        }
+        self.near_limits(cell.arm.margin(joints));
+        self.judge();
+    }
+
+    /// The arm cannot go on: it is taken up again at the next place.
+    fn lose(&mut self, tip: Pose, command: u32, why: Why) {
+        self.found.lost.get_or_insert(NotHeld {
+            command,
+            position: tip.position,
+            why,
+        });
+        self.moments.clear();
+    }
+
+    /// Looks at the way to the newest moment, whose joints keep `margin` rad from their limits.
+    fn near_limits(&mut self, (margin, joint): (f64, usize)) {
+        let Some(here) = self.moments.last() else {
+            return;
+        };
+        // a parabola leaves its chord by an eighth of its second difference: twice that
+        let bend = match &self.moments[..] {
+            [.., a, b, c] => {
+                let second = (0..6).map(|i| (c.axes[i] - 2.0 * b.axes[i] + a.axes[i]).abs());
+                second.fold(0.0, f64::max)
+            }
+            _ => 0.0,
+        };
+        let least = here.place(margin - 0.25 * bend, joint);
+        if self.found.limit.is_none_or(|l| least.value < l.value) {
+            self.found.limit = Some(least);
+        }
+    }
+
+    /// Looks at the step between the last two moments but one.
+    fn judge(&mut self) {
+        let [.., first, a, b, last] = self.moments[..] else {
+            return;
+        };
+        let burns = |m: &Moment| {
+            let command = self.task.commands.get(m.command as usize);
+            command.is_some_and(|c| matches!(c.source, Source::On { .. }))
+        };
+        if !(burns(&a) && burns(&b)) {
+            return;
+        }
+        let mut greatest = 0.0_f64;
+        for axis in 0..AXES {
+            let Some(limits) = self.limits[axis] else {
+                continue;
+            };
+            let [before, gone, after] =
+                [(first, a), (a, b), (b, last)].map(|(from, to)| to.axes[axis] - from.axes[axis]);
+            if gone.abs() < ROUNDING && before.abs() < ROUNDING {
+                continue;
+            }
+            let square = self.step * self.step;
+            let [from, to] = [(gone - before) / square, (after - gone) / square];
+            // accelerations that rise evenly to a kink pass what the differences show by less than a quarter of their own
+            let most = from.abs().max(to.abs()) + 0.25 * (to - from).abs();
+            if let Some(limit) = limits.speed {
+                let fastest = gone.abs() / self.step + 0.5 * self.step * most;
+                greatest = greatest.max(fastest / limit);
+                take(&mut self.found.speed, b.place(fastest / limit, axis), &b);
+            }
+            match limits.acceleration {
+                Some(limit) => {
+                    greatest = greatest.max(most / limit);
+                    take(
+                        &mut self.found.acceleration,
+                        b.place(most / limit, axis),
+                        &b,
+                    );
+                }
+                None => self.found.untold[axis] = true,
+            }
+        }
+        if greatest > 1.0 {
+            self.found.beyond += a.tip.distance(b.tip);
+        }
+    }
+}
+
+impl Moment {
+    fn place(&self, value: f64, joint: usize) -> Least {
+        Least {
+            value,
+            joint,
+            command: self.command,
+            position: self.tip,
+        }
+    }
+}
+
+/// Keeps the greater.
+fn take(kept: &mut Option<Peak>, most: Least, at: &Moment) {
+    if kept.is_none_or(|k| most.value > k.most.value) {
+        *kept = Some(Peak {
+            most,
+            speed: at.speed,
+        });
+    }
+}
+
+/// The tool's frame, whose axis is known, with its x axis as near to `across` as may be.
+fn frame(axis: DVec3, across: DVec3) -> DQuat {
+    let across = across.reject_from(axis).try_normalize();
+    let x = across.unwrap_or_else(|| axis.any_orthonormal_vector());
+    DQuat::from_mat3(&DMat3::from_cols(x, x.cross(axis), -axis))
+}
+
+impl MotionSink for Following<'_> {
+    fn block(&mut self, block: &MotionBlock) {
+        for (i, &position) in block.position.iter().enumerate() {
+            let Rider { across, carried } = self.riders.next_sample();
+            self.count += 1;
+            if !(self.count - 1).is_multiple_of(EVERY) {
+                continue;
+            }
+            let axis = block.axis.get(i).copied().unwrap_or(DVec3::Z);
+            let tip = Pose {
+                position,
+                orientation: frame(axis, across),
+            };
+            let command = block.command.get(i).copied().unwrap_or(0);
+            let speed = block.speed.get(i).copied().unwrap_or(0.0);
+            self.place(tip, External(carried.to_array()), (command, speed));
+        }
+    }
+}

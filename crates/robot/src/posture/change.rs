@@ -1,0 +1,77 @@
+//! Where no way of the arm holds a whole run: at which travels it is to go over to another one.
+//!
+//! A run is followed by one way as far as any leads. The last travel before that place, whose way in the air is the arm's own business, ends the
+//! stretch, and another way begins after it. So there are as few changes as can be.
+
+use std::collections::BTreeSet;
+
+use meltpath_base::Observer;
+
+use super::chain::{Chain, Leg, chains};
+use super::ladder::Blocked;
+use super::search::of_arm;
+use super::task::{NotHeld, Task, Why};
+
+/// So many travels before a place are tried, the last one first.
+const TRIED: usize = 8;
+
+/// A travel on which the arm goes over to another way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// The travel.
+    pub command: u32,
+    /// Where, and why, no way from before it goes on.
+    pub why: NotHeld,
+}
+
+/// The travels among `travels` on which the arm must go over to another way, in order; none where one way holds each run. Track and
+/// positioner go as the task says, or rest.
+///
+/// # Errors
+/// [`NotHeld`] where no way holds a stretch between two travels, or the search was stopped.
+pub fn changes(
+    task: &Task<'_>,
+    travels: &BTreeSet<u32>,
+    observer: &dyn Observer,
+) -> Result<Vec<Change>, NotHeld> {
+    let mut found = Vec::new();
+    for run in chains(task) {
+        let mut rest = run;
+        while let Err(why) = holds(task, &rest, observer) {
+            if why.why == Why::Stopped {
+                return Err(why);
+            }
+            let (command, tail) = cut(task, &rest, (why.command, travels), observer).ok_or(why)?;
+            found.push(Change { command, why });
+            rest = tail;
+        }
+    }
+    Ok(found)
+}
+
+/// Whether one way holds a run.
+fn holds(task: &Task<'_>, run: &Chain, observer: &dyn Observer) -> Result<(), NotHeld> {
+    of_arm(task, (run, None), &mut Blocked::new(None), observer).map(|_| ())
+}
+
+/// The last travel up to a command before which one way holds the run, and the run after it.
+fn cut(
+    task: &Task<'_>,
+    run: &Chain,
+    (until, travels): (u32, &BTreeSet<u32>),
+    observer: &dyn Observer,
+) -> Option<(u32, Chain)> {
+    let legs = run.legs.iter().enumerate();
+    let here =
+        legs.filter(|(i, leg)| *i > 0 && leg.command <= until && travels.contains(&leg.command));
+    let tried: Vec<(usize, &Leg)> = here.collect();
+    let mut tried = tried.into_iter().rev().take(TRIED);
+    let (at, leg) = tried.find(|(i, _)| {
+        let head = Chain {
+            legs: run.legs[..*i].to_vec(),
+            ..run.clone()
+        };
+        holds(task, &head, observer).is_ok()
+    })?;
+    Some((leg.command, run.after(at)?))
+}
