@@ -18,7 +18,7 @@ pub(crate) fn told(weave: &Weave) -> Weave {
 pub(crate) fn is_of_weave(instruction: &Instruction) -> bool {
     match instruction {
         Instruction::Weave(_) => true,
-        Instruction::Raw(text) => ["Weave ", "WVON ", "WVOF"]
+        Instruction::Raw(text) => ["Weave ", "Weave[", "WVON ", "WVOF"]
             .iter()
             .any(|w| text.starts_with(w)),
         _ => false,
