@@ -16,7 +16,7 @@ mod surroundings;
 mod sweep;
 
 pub use bodies::Body;
-pub use clear::{Clearance, Cleared, hold_clear};
+pub use clear::{Clearance, Cleared, hold_clear, room_over};
 pub use metal::Metal;
 pub use surroundings::Surroundings;
-pub use sweep::{Closest, over_joint_moves, sweep};
+pub use sweep::{Closest, sweep};

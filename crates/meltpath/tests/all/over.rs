@@ -66,7 +66,7 @@ fn judged(folder: &Path, at: &[f64], joints: &str) -> (Verdict, PathBuf) {
     walls(folder, at);
     let text = "part = \"walls.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
         [layers]\ncount = 1\n[fill]\nstrategy = \"raster\"\n[machine]\nrobot = \"robot.toml\"\n[simulation]\ncell = \"2 mm\"\n";
-    let job = write(folder, "job.toml", text.to_owned());
+    let job = write(folder, "job.toml", text);
     let outcome = run(&job, NextIn(&folder.join("runs")), &Silent).unwrap();
     (outcome.verdict, outcome.folder)
 }

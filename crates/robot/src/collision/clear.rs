@@ -9,6 +9,7 @@ use super::bodies::{Capsule, capsules, may_touch};
 use super::distance::between;
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, foot, table, to_table};
+use super::sweep::over_joint_moves;
 use crate::cell::{Cell, Values};
 use crate::posture::{Held, Near, NotHeld, Search, Task, Why, runs};
 
@@ -91,6 +92,27 @@ pub fn hold_clear(
     let held = best.map_or(held, |(_, held)| held);
     let found = Clearance::InVain;
     Ok(Cleared { held, found })
+}
+
+/// How much more room than `wanted` mm the joint moves between the runs of a program leave to what stands around, each run begun so that the
+/// move to it keeps clear as far as there is such a way, mm; infinite where nothing comes near.
+///
+/// # Errors
+/// [`NotHeld`] where there is no way at all.
+pub fn room_over(
+    task: &Task<'_>,
+    around: &Surroundings<'_>,
+    wanted: f64,
+    observer: &dyn Observer,
+) -> Result<f64, NotHeld> {
+    let chains = runs(task);
+    let guard = |command: u32, values: &Values| {
+        let bodies = capsules(task.cell, around.shapes, values);
+        room(task.cell, around, command, &bodies) - wanted
+    };
+    let held = Search::new(task, &chains, Some(&guard)).held(observer)?;
+    let least = over_joint_moves(task, &held, around, wanted)?;
+    Ok(least.unwrap_or(f64::INFINITY) - wanted)
 }
 
 /// Whether more room was asked for on a stretch, and it lacks as much as before.

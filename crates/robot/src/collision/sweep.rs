@@ -59,10 +59,7 @@ pub fn sweep(
 
 /// The least distance of any pair on the joint moves of a held program between two of its runs, mm, as exactly as [`sweep`] finds it;
 /// nothing where there is no such move, or none comes within a metre.
-///
-/// # Errors
-/// [`NotHeld`], where the program is not held after all.
-pub fn over_joint_moves(
+pub(super) fn over_joint_moves(
     task: &Task<'_>,
     held: &Held,
     around: &Surroundings<'_>,

@@ -8,6 +8,7 @@ use meltpath_geometry::Pose;
 
 use super::chain::{Chain, turned};
 use super::comfort::{STEP, discomfort, is_wound, motion};
+use super::stretch::apart;
 use super::task::{Guard, Near, NotHeld, Rotation, Task, Why, guard_places, keep_clear};
 use crate::cell::{External, Holder, Stance, Values};
 
@@ -20,6 +21,8 @@ const NEAR: f64 = 10.0;
 
 /// A joint move from other beads costs as much as going as far along such a length, mm.
 const GOING_OVER: f64 = 1e4;
+/// Greatest step of a joint between places of such a move that are looked at, rad: the way that is chosen is swept.
+const OVER_STEP: f64 = 0.1;
 
 /// A way to hold a key place: a rotation, and one of the ways of the arm at it.
 type Way = (u8, u16);
@@ -53,6 +56,20 @@ impl<'a> Blocked<'a> {
             keep_clear(nodes, |n| {
                 guard(command, &Values::of(n.joints, external)) - more
             });
+        }
+    }
+
+    /// Keeps the ways that a joint move leads to clear of what stands around, and lets its motion count.
+    fn over(&self, from: &[f64; 6], (command, external): (u32, External), nodes: &mut Vec<Node>) {
+        if let Some(guard) = self.guard {
+            keep_clear(nodes, |n| {
+                let places = between(from, &n.joints);
+                let rooms = places.map(|joints| guard(command, &Values::of(joints, external)));
+                rooms.fold(f64::INFINITY, f64::min)
+            });
+        }
+        for node in nodes {
+            node.cost += going_over(from, &node.joints);
         }
     }
 
@@ -267,8 +284,8 @@ pub(super) fn climb(
         blocked.clear(rung, at, &mut nodes);
         let gone = rungs.get(rung.wrapping_sub(1)).map_or(0.0, |l| length - l);
         let (nodes, step) = if rung == 0 {
-            for node in &mut nodes {
-                node.cost += from.map_or(0.0, |from| going_over(&from, &node.joints));
+            if let Some(from) = from {
+                blocked.over(&from, at, &mut nodes);
             }
             first = nodes.iter().map(|n| (n.way, n.joints)).collect();
             let step = nodes.iter().map(|n| Step {
@@ -299,6 +316,16 @@ pub(super) fn climb(
         ..places.chosen(&rungs, &ways)
     };
     Ok(Chosen { chain, ways })
+}
+
+/// Places along a joint move.
+fn between(from: &[f64; 6], to: &[f64; 6]) -> impl Iterator<Item = [f64; 6]> {
+    let pieces = (apart(from, to) / OVER_STEP).ceil().max(1.0) as u32;
+    let (from, to) = (*from, *to);
+    (0..=pieces).map(move |piece| {
+        let share = f64::from(piece) / f64::from(pieces);
+        std::array::from_fn(|i| from[i] + (to[i] - from[i]) * share)
+    })
 }
 
 /// What a joint move costs, rad²/mm.

@@ -1,6 +1,6 @@
 //! The axes of the robot along its real motion: what the verdict says of their speeds and accelerations while the arc burns.
 
-use meltpath_base::{Check, Limit, Measure, Observer, Quiet};
+use meltpath_base::{Check, Limit, Measure, Observer, Quiet, Status};
 use meltpath_robot::command::Source;
 use meltpath_robot::driven::{Driven, Peak, drive};
 use meltpath_robot::posture::{Held, Least, Task};
@@ -114,42 +114,45 @@ fn judged(
     } else {
         check
     };
-    match driven.and_then(|d| d.lost) {
-        Some(lost) => check.because(&format!(
-            "not followed at {}: there the motion, which cuts corners, leaves what the arm can hold",
-            moves.place(lost.command, lost.position)
-        )),
-        None => check,
-    }
+    let Some(lost) = driven.and_then(|d| d.lost) else {
+        return check;
+    };
+    let reason = format!(
+        "not followed at {}: there the motion, which cuts corners, leaves what the arm can hold",
+        moves.place(lost.command, lost.position)
+    );
+    let status = match check.status {
+        Status::Fail => Status::Fail,
+        _ => Status::CannotSay,
+    };
+    Check { status, ..check }.because(&reason)
 }
 
 /// What happens where the set speed cannot be held.
 fn not_held(driven: Option<&Driven>, peak: &Peak, moves: &Commands, settings: &Settings) -> String {
     let share = peak.most.value;
     let reached = peak.speed / share;
-    let mut told = format!(
-        "the wire's tip goes {:.2} m/min there, {:.2} m/min would be within limits: a robot that slows down to it lays {share:.2} times the metal per length",
-        peak.speed * M_PER_MIN,
-        reached * M_PER_MIN,
-    );
     let command = moves.commands.get(peak.most.command as usize);
-    if let Some(Source::On { wire_feed }) = command.map(|c| c.source) {
-        let programmed = wire_feed / settings.feed_factor();
-        if settings.map.covers(programmed, reached) {
+    let bead = match command.map(|c| c.source) {
+        Some(Source::On { wire_feed }) => {
+            let programmed = wire_feed / settings.feed_factor();
             let bead = settings.map.bead(programmed, reached);
-            told += &format!(
+            let known = settings.map.covers(programmed, reached);
+            let size = format!(
                 ", a bead {:.1} mm wide and {:.1} mm high",
                 bead.width.value, bead.height.value
             );
-        } else {
-            told += ", a bead that the process map does not cover";
+            known.then_some(size)
         }
-    }
-    if let Some(driven) = driven {
-        told += &format!(
-            "; along {:.1} mm of beads an axis cannot follow",
-            driven.beyond
-        );
-    }
-    told
+        _ => None,
+    };
+    let bead = bead.unwrap_or_else(|| ", a bead that the process map does not cover".to_owned());
+    let beyond = driven.map_or_else(String::new, |d| {
+        format!("; along {:.1} mm of beads an axis cannot follow", d.beyond)
+    });
+    format!(
+        "the wire's tip goes {:.2} m/min there, {:.2} m/min would be within limits: a robot that slows down to it lays {share:.2} times the metal per length{bead}{beyond}",
+        peak.speed * M_PER_MIN,
+        reached * M_PER_MIN,
+    )
 }

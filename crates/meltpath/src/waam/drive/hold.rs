@@ -11,9 +11,7 @@ use meltpath_programs::program::{
 };
 use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
 use meltpath_robot::cell::{Cell, External, Stance, Values};
-use meltpath_robot::collision::{
-    Clearance, Cleared, Metal, Surroundings, hold_clear, over_joint_moves,
-};
+use meltpath_robot::collision::{self, Clearance, Cleared, Metal, Surroundings, hold_clear};
 use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::{self, Change, End, Follower, Held, NotHeld, Rotation, Task, hold};
 use meltpath_toolpath::Toolpath;
@@ -251,10 +249,9 @@ fn room_over(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Option<f64> {
-    let held = hold(task, &Quiet(observer)).ok()?;
     let metal = expected(moves, settings);
     let (Some(shapes), Some(_)) = (&task.cell.shapes, metal.first()) else {
-        return Some(0.0);
+        return hold(task, &Quiet(observer)).is_ok().then_some(0.0);
     };
     let at = |command| metal_at(moves, &metal, command);
     let around = Surroundings {
@@ -263,8 +260,7 @@ fn room_over(
         plate: settings.plate_thickness,
     };
     let wanted = settings.limits.clearance + SPARE;
-    let least = over_joint_moves(task, &held, &around, wanted).ok()?;
-    Some(least.unwrap_or(f64::INFINITY) - wanted)
+    collision::room_over(task, &around, wanted, &Quiet(observer)).ok()
 }
 
 /// The way of the robot; clear of metal, table and itself where its file tells shapes and there is such a way.

@@ -391,15 +391,16 @@ fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
         moves.place(command, target.unwrap_or_default())
     };
     let told = |command: &u32| {
-        let mut told = format!("at {}", place(*command));
-        if let Some((_, [before, after])) = along.changes.iter().find(|c| c.0 == *command) {
-            told += &format!(" from {before} to {after}");
-        }
-        if let Some(o) = moves.over.iter().find(|o| o.command == *command) {
+        let stood = along.changes.iter().find(|c| c.0 == *command);
+        let stood = stood.map(|(_, [before, after])| format!(" from {before} to {after}"));
+        let over = moves.over.iter().find(|o| o.command == *command);
+        let since = over.map(|o| {
             let at = moves.place(o.why.command, o.why.position);
-            told += &format!(", as no way from before leads past {at}: {}", why(&o.why).0);
-        }
-        told
+            let why = why(&o.why).0;
+            format!(", as no way from before leads past {at}: {why}")
+        });
+        let [stood, since] = [stood, since].map(Option::unwrap_or_default);
+        format!("at {}{stood}{since}", place(*command))
     };
     let first = place(*all.first()?);
     let words: Vec<String> = all.iter().map(told).collect();

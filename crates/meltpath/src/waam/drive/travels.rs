@@ -97,7 +97,7 @@ fn slowed(
 /// How long each move takes the tool, from the passage before it to its own.
 struct Times {
     ways: Vec<f64>,
-    times: Vec<f64>,
+    taken: Vec<f64>,
     /// Whether the tool rests at the end of each move.
     rests: Vec<bool>,
 }
@@ -114,21 +114,20 @@ impl Times {
         let transition = controller.transition();
         let mut times = Times {
             ways: Vec::with_capacity(dwells.len()),
-            times: Vec::with_capacity(dwells.len()),
+            taken: Vec::with_capacity(dwells.len()),
             rests: Vec::with_capacity(dwells.len()),
         };
         let (mut here, mut turned, mut begin) = (start.position, start.orientation, 0.0);
         for (command, dwell) in moves.commands.iter().zip(dwells) {
             let rests = dwell >= transition || stops(command);
-            let (way, time) = match command.kind {
-                Kind::Wait { time } => (0.0, time),
-                _ => {
-                    let way = length(here, command);
-                    let turn = turned.angle_between(command.orientation);
-                    (here, turned) = (command.target, command.orientation);
-                    let speed = controller.rotation_speed.value.0;
-                    (way, (way / command.speed).max(turn / speed))
-                }
+            let (way, time) = if let Kind::Wait { time } = command.kind {
+                (0.0, time)
+            } else {
+                let way = length(here, command);
+                let turn = turned.angle_between(command.orientation);
+                (here, turned) = (command.target, command.orientation);
+                let speed = controller.rotation_speed.value.0;
+                (way, (way / command.speed).max(turn / speed))
             };
             // the passage is the end of a stop, else the middle of the transition
             let end = if rests {
@@ -137,7 +136,7 @@ impl Times {
                 0.5 * (transition + dwell)
             };
             times.ways.push(way);
-            times.times.push(begin + time + end);
+            times.taken.push(begin + time + end);
             times.rests.push(rests);
             begin = if rests {
                 0.0
@@ -153,7 +152,7 @@ impl Times {
     }
 
     fn time(&self, command: u32) -> f64 {
-        self.times.get(command as usize).copied().unwrap_or(0.0)
+        self.taken.get(command as usize).copied().unwrap_or(0.0)
     }
 
     /// Whether the tool rests where a move begins and ends.
