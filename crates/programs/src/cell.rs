@@ -1,5 +1,7 @@
 //! How programs of a cell look: the `[program]` table of a cell file.
 
+use std::collections::BTreeMap;
+
 use meltpath_base::{Angle, Frequency, Length, Ratio, Speed, Time, choice, table};
 use meltpath_toolpath::{Weave, WeaveShape};
 
@@ -243,6 +245,35 @@ impl ArcWords {
 const FASTEST: f64 = 1e3;
 
 impl CellProgramming {
+    /// What schedules set, by the value of theirs that calls them; nothing for their numbers, where these are others, and for what calls
+    /// several that differ.
+    fn called(
+        &self,
+        set: impl Fn(&WeldSchedule) -> WeldSettings,
+    ) -> BTreeMap<u32, Option<WeldSettings>> {
+        let means = |m: &ArcValue| *m == ArcValue::Schedule;
+        let Some(place) = self.arc_values.iter().position(means) else {
+            return BTreeMap::new();
+        };
+        let value = |s: &WeldSchedule| {
+            let value = *s.values.get(place)?;
+            (value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value))
+                .then_some(value as u32)
+        };
+        let mut called = BTreeMap::new();
+        for schedule in self.schedules.iter() {
+            if let Some(value) = value(schedule) {
+                let found = Some(set(schedule));
+                let known = called.entry(value).or_insert(found);
+                *known = known.filter(|k| Some(*k) == found);
+            }
+        }
+        for schedule in self.schedules.iter().filter(|s| value(s).is_some()) {
+            called.entry(*schedule.number).or_insert(None);
+        }
+        called
+    }
+
     /// What the controller knows and programs of others do not say; `assumed_speed` (mm/s) stands for speeds that nothing says.
     pub fn execution(&self, assumed_speed: f64) -> ExecutionSettings {
         let set = |s: &WeldSchedule| WeldSettings {
@@ -266,6 +297,7 @@ impl CellProgramming {
                 .iter()
                 .map(|s| ((*s.procedure, *s.number), set(s)))
                 .collect(),
+            called: self.called(set),
             arc_values: self.arc_values.value.clone(),
             weaves: self.weaves.iter().map(|w| (*w.number, w.weave())).collect(),
             assumed_speed,

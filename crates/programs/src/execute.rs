@@ -39,6 +39,9 @@ pub struct ExecutionSettings {
     pub signals: BTreeMap<(String, u32), bool>,
     /// What weld schedules set, by procedure, where it matters, and number.
     pub schedules: BTreeMap<(Option<u32>, u32), WeldSettings>,
+    /// What schedules set that an arc word calls by a value of theirs ([`ArcValue::Schedule`]): a job of the source, a condition file.
+    /// Where that is not their number, their number calls nothing; nor does what several call.
+    pub called: BTreeMap<u32, Option<WeldSettings>>,
     /// What the numbers in the brackets of an arc word mean, in order; empty where they are a schedule's.
     pub arc_values: Vec<ArcValue>,
     /// What weave schedules set, by number.
@@ -67,6 +70,7 @@ impl Default for ExecutionSettings {
             registers: BTreeMap::new(),
             signals: BTreeMap::new(),
             schedules: BTreeMap::new(),
+            called: BTreeMap::new(),
             arc_values: Vec::new(),
             weaves: BTreeMap::new(),
             assumed_speed: 10.0,

@@ -18,7 +18,8 @@ pub(crate) fn cell(dialect: &str) -> String {
     let mut text = format!(
         "{head}[program]\ndialect = \"{dialect}\"\nblend = \"2 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\"]\n{program}"
     );
-    text += "[[program.schedule]]\nnumber = 4\nwire_feed = \"8 m/min\"\nvalues = [4, 8]\n";
+    // its number is ours, the job of the source is called 4
+    text += "[[program.schedule]]\nnumber = 1\nwire_feed = \"8 m/min\"\nvalues = [4, 8]\n";
     text + "[program.krl]\nsource = \"test\"\njob_mode = \"CMT\"\n\
         [program.rapid]\nsource = \"test\"\ntool = \"tTorch\"\nwork_object = \"wPart\"\nseam = \"sm1\"\n\
         [program.script]\nsource = \"test\"\npart = \"Part\"\narc_start = [\"set_job({1})\", \"set_digital_out(0, True)\"]\n\

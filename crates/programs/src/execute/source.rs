@@ -61,6 +61,7 @@ impl Machine<'_> {
             Dialect::UrScript | Dialect::Inform | Dialect::Val3
         );
         let (mut procedure, mut schedule, mut feed) = (None, None, None);
+        let mut called = None;
         match values[..] {
             _ if !told.is_empty()
                 && (told.len() == values.len() || (fewer && values.len() < told.len())) =>
@@ -68,7 +69,10 @@ impl Machine<'_> {
                 for (value, meaning) in values.iter().zip(told) {
                     match meaning {
                         ArcValue::Procedure => procedure = self.memory.index(value),
-                        ArcValue::Schedule => schedule = self.memory.index(value),
+                        ArcValue::Schedule => {
+                            schedule = self.memory.index(value);
+                            called = schedule.and_then(|s| self.settings.called.get(&s));
+                        }
                         ArcValue::Other => {}
                         feeds => feed = self.memory.number(value).map(|v| v * feeds.feed()),
                     }
@@ -84,10 +88,13 @@ impl Machine<'_> {
             }
             _ => {}
         }
-        let set = schedule.and_then(|number| {
-            let own = self.schedules.get(&(procedure, number));
-            own.or_else(|| self.schedules.get(&(None, number)))
-        });
+        let set = match called {
+            Some(known) => known.as_ref(),
+            None => schedule.and_then(|number| {
+                let own = self.schedules.get(&(procedure, number));
+                own.or_else(|| self.schedules.get(&(None, number)))
+            }),
+        };
         let feed = feed.filter(|f| *f > 0.0 && *f <= FASTEST_FEED);
         Source {
             wire_feed: feed.or(set.map(|s| s.wire_feed)),

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use meltpath_base::Reporter;
-use meltpath_programs::{ArcValue, ExecutionSettings, Missing, Reading, WeldSettings};
+use meltpath_base::{Reporter, settings};
+use meltpath_data::cells;
+use meltpath_programs::{
+    ArcValue, CellProgramming, ExecutionSettings, Missing, Reading, WeldSettings,
+};
 use meltpath_toolpath::{Event, Weave, WeaveShape};
 
 use crate::told::{motions, program, read};
@@ -24,6 +27,35 @@ fn schedule(feed: f64, speed: f64) -> WeldSettings {
     WeldSettings {
         wire_feed: feed,
         speed: Some(speed),
+    }
+}
+
+/// A source's job need not have the number of the schedule that tells it.
+#[test]
+fn schedules_go_by_the_value_that_calls_them() {
+    let text = "[program]\narc_values = [\"schedule\", \"other\"]\n";
+    let row = |number: u32, feed: u32, job: u32| {
+        format!(
+            "[[program.schedule]]\nnumber = {number}\nwire_feed = \"{feed} mm/s\"\ntravel_speed = \"9 mm/s\"\nvalues = [{job}, 0]\n"
+        )
+    };
+    let rows = [(1, 100, 4), (2, 120, 5), (3, 130, 5), (5, 140, 6)].map(|(n, f, j)| row(n, f, j));
+    let head = cells::ARCMATE_120IC.text.replace("[program]\n", text);
+    let cell: CellProgramming = settings::peek(&(head + &rows.concat()), &["program"])
+        .unwrap()
+        .unwrap();
+    let known = cell.execution(10.0);
+    // 1 is a number that calls nothing, 5 calls two
+    for (called, feed) in [
+        (4, Some(100.0)),
+        (6, Some(140.0)),
+        (1, None),
+        (5, None),
+        (2, None),
+    ] {
+        let reading = bead(&format!("Arc Start[{called},0]"), &[], &[], &known);
+        assert_eq!(motions(&reading)[1].wire_feed, feed, "{called}");
+        assert_eq!(reading.gaps.is_empty(), feed.is_some(), "{called}");
     }
 }
 
