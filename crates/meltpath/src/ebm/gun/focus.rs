@@ -50,7 +50,7 @@ table! {
 /// [`DataFileError`] listing what ships, or saying what is wrong with the file.
 ///
 /// ```
-/// let (focus, _) = meltpath::ebm::focus::load("a1-beraud-2016", std::path::Path::new(".")).unwrap();
+/// let (focus, _) = meltpath::ebm::gun::focus::load("a1-beraud-2016", std::path::Path::new(".")).unwrap();
 /// assert!((focus.diameter(4e-3).unwrap() - 0.41367).abs() < 1e-9);
 /// ```
 pub fn load(name: &str, folder: &Path) -> Result<(FocusCalibration, String), DataFileError> {

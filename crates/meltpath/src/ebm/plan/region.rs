@@ -18,7 +18,7 @@ impl Below {
     /// Whether metal lies below a point.
     ///
     /// ```
-    /// use meltpath::ebm::region::{Below, Contour};
+    /// use meltpath::ebm::plan::region::{Below, Contour};
     /// let legs = Below::Areas(vec![Contour::rectangle([2.0, 2.0])]);
     /// assert!(legs.is_metal([0.5, 0.0]) && !legs.is_metal([3.0, 0.0]));
     /// ```
@@ -78,7 +78,7 @@ impl Contour {
     /// The convex hull of `points`.
     ///
     /// ```
-    /// use meltpath::ebm::region::Contour;
+    /// use meltpath::ebm::plan::region::Contour;
     /// let hull = Contour::hull(&[[0.0, 0.0], [2.0, 0.0], [1.0, 0.5], [2.0, 2.0], [0.0, 2.0]]);
     /// assert!((hull.depth([1.0, 0.25]) - 0.25).abs() < 1e-12, "the point inside is no corner");
     /// assert!((hull.depth([1.0, 1.0]) - 1.0).abs() < 1e-12);
@@ -126,7 +126,7 @@ impl Contour {
     /// How far inside the contour and outside its holes a point lies, mm; below zero where it does not.
     ///
     /// ```
-    /// use meltpath::ebm::region::Contour;
+    /// use meltpath::ebm::plan::region::Contour;
     /// let frame = Contour::rectangle([10.0, 10.0])
     ///     .with_holes(vec![vec![[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]]);
     /// assert!((frame.depth([4.2, 0.0]) - 0.8).abs() < 1e-12);
