@@ -8,7 +8,7 @@ place="$target/packages"
 rm -rf "$target/package" "$place"
 mkdir -p "$place"
 cargo package --workspace --exclude meltpath-fuzz-bodies --no-verify --allow-dirty --quiet
-for archive in "$target"/package/*.crate; do tar -xzf "$archive" -C "$place"; done
+for archive in "$target"/package/*.crate; do tar -xmzf "$archive" -C "$place"; done  # files as new as they are here: cargo goes by their times
 python3 - Cargo.toml "$place" <<'PY'
 import pathlib, re, sys, tomllib
 
