@@ -115,7 +115,10 @@ pub(super) fn seam(number: usize) -> String {
     )
 }
 
-/// The weld part of a declaration; nothing where it has none. `values` says how many channels mean something, `amplitude` what that of
+/// Faster than any robot welds, m/s.
+const FASTEST: f64 = 100.0;
+
+/// The weld part of a declaration; nothing where it has none, or tells no speed. `values` says how many channels mean something, `amplitude` what that of
 /// a weave is.
 pub(super) fn weld_data(
     text: &str,
@@ -128,7 +131,8 @@ pub(super) fn weld_data(
         _ => None,
     };
     let weld = group("Weld")?;
-    let speed = (1e12 * number_of(weld, "Velocity")?).round() / 1e9;
+    let velocity = number_of(weld, "Velocity").filter(|v| (0.0..=FASTEST).contains(v))?;
+    let speed = (1e12 * velocity).round() / 1e9;
     let mut channels: Vec<f64> = (1..=CHANNELS)
         .map_while(|i| number_of(weld, &format!("Channel{i}")))
         .collect();
