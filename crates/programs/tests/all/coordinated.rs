@@ -4,14 +4,12 @@ use meltpath_base::{Reporter, settings as files};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::positioner::{Positioner, UserFrame};
 use meltpath_programs::program::{Coordinates, Instruction, Program};
-use meltpath_programs::{
-    BuildSettings, CellProgramming, Dialect, Missing, Pause, build, dialect, read_toolpath,
-};
+use meltpath_programs::{CellProgramming, Dialect, Missing, build, dialect, read_toolpath};
 use meltpath_toolpath::{Layer, Move, Role, Toolpath};
 use proptest::prelude::*;
 
-use crate::built::{head, settings, toolpath};
-use crate::dialects::{held, read};
+use crate::built::{head, toolpath};
+use crate::dialects::{asked, laid, text_of};
 
 const FEED: f64 = 400.0 / 3.0;
 const SPOKEN: [Dialect; 3] = [Dialect::FanucLs, Dialect::Krl, Dialect::Rapid];
@@ -48,51 +46,18 @@ fn plan() -> Toolpath {
     toolpath(FEED, vec![layer])
 }
 
-fn asked(dialect: Dialect) -> BuildSettings {
-    BuildSettings {
-        dialect,
-        ..settings(Pause::None)
-    }
-}
-
-fn text_of(plan: &Toolpath, cell: &CellProgramming, asked: &BuildSettings) -> (Program, String) {
-    let built = build(plan, cell, asked, &Reporter::new()).unwrap();
-    let built = held(built, asked.dialect);
-    let written = dialect::write(&built.programs[0], cell).unwrap();
-    let parsed = read(asked.dialect, &written, cell);
-    assert_eq!(dialect::write(&parsed.program, cell).unwrap(), written);
-    let texts = written
-        .iter()
-        .map(|f| format!("==> {} <==\n{}", f.name, f.text));
-    (parsed.program, texts.collect())
-}
-
 #[test]
 fn golden_coordinated_programs() {
     for dialect in SPOKEN {
-        let (_, text) = text_of(&plan(), &cell(UserFrame::Part), &asked(dialect));
+        let (_, text) = text_of(&plan(), &cell(UserFrame::Part), dialect);
         insta::assert_snapshot!(format!("coordinated_{dialect:?}"), text);
     }
-}
-
-/// The points of the bead with the axes there, rad, of programs as they are executed.
-fn laid(program: &Program, cell: &CellProgramming) -> Vec<(DVec3, Vec<f64>)> {
-    let known = cell.execution(10.0);
-    let reading = read_toolpath(std::slice::from_ref(program), &known, 1e3, &Reporter::new());
-    let reading = reading.unwrap();
-    assert_eq!(reading.gaps, []);
-    let mut passes = reading.toolpath.passes().filter(|p| p.head.role.deposits());
-    let bead = passes.next().unwrap();
-    let axes = |i: usize| bead.external(i).flatten().collect();
-    (0..bead.points.len())
-        .map(|i| (bead.points[i], axes(i)))
-        .collect()
 }
 
 #[test]
 fn a_table_that_turns_in_the_user_frame_turns_the_positions() {
     let cell = cell(UserFrame::Base);
-    let (program, _) = text_of(&plan(), &cell, &asked(Dialect::FanucLs));
+    let (program, _) = text_of(&plan(), &cell, Dialect::FanucLs);
     // the origin of the part, 200 mm over the axis that tilts, goes to the side at 90 deg
     let strike = program.instructions.iter().find_map(|i| match i {
         Instruction::Motion(m) if m.arc.is_some() => Some(m.target.clone()),
@@ -160,7 +125,7 @@ fn a_bead_whose_table_is_not_known_is_told() {
     };
     let known = cell(UserFrame::Part);
     let still = crate::dialects::cell(&[FEED]);
-    let (mut fanuc, _) = text_of(&plan(), &known, &asked(Dialect::FanucLs));
+    let (mut fanuc, _) = text_of(&plan(), &known, Dialect::FanucLs);
     assert!(gaps(&fanuc, &still).contains(&Missing::Coordinated));
     for instruction in &mut fanuc.instructions {
         if let Instruction::Motion(m) = instruction {
@@ -168,7 +133,7 @@ fn a_bead_whose_table_is_not_known_is_told() {
         }
     }
     assert_eq!(gaps(&fanuc, &known), [Missing::Coordinated]);
-    let (mut kuka, _) = text_of(&plan(), &known, &asked(Dialect::Krl));
+    let (mut kuka, _) = text_of(&plan(), &known, Dialect::Krl);
     assert_eq!(gaps(&kuka, &known), []);
     // a base that turns and one that lies still in one program
     let text = |second: &str| {
@@ -197,7 +162,7 @@ fn a_bead_whose_table_is_not_known_is_told() {
     // the base lies still
     kuka.attributes.clear();
     assert_eq!(gaps(&kuka, &known), [Missing::ExternalAxes]);
-    let (abb, _) = text_of(&plan(), &known, &asked(Dialect::Rapid));
+    let (abb, _) = text_of(&plan(), &known, Dialect::Rapid);
     assert_eq!(gaps(&abb, &still), [Missing::ExternalAxes]);
 }
 
@@ -225,7 +190,7 @@ proptest! {
             (Dialect::Rapid, UserFrame::Base),
         ] {
             let cell = cell(frame);
-            let (program, _) = text_of(&plan, &cell, &asked(dialect));
+            let (program, _) = text_of(&plan, &cell, dialect);
             let laid = laid(&program, &cell);
             prop_assert_eq!(laid.len(), points.len());
             for ((place, axes), (point, tilt, turn)) in laid.iter().zip(&points) {

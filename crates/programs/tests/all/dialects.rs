@@ -68,7 +68,7 @@ arc_end = ["doArc=false"]
     files::peek(&text, &["program"]).unwrap().unwrap()
 }
 
-fn asked(dialect: Dialect) -> BuildSettings {
+pub(crate) fn asked(dialect: Dialect) -> BuildSettings {
     BuildSettings {
         dialect,
         ..settings(Pause::Wait(30.0))
@@ -122,6 +122,40 @@ pub(crate) fn read(dialect: Dialect, files: &[TextFile], cell: &CellProgramming)
     all.remove(0)
 }
 
+/// The program of a plan and its text, written, read and written again.
+pub(crate) fn text_of(
+    plan: &Toolpath,
+    cell: &CellProgramming,
+    dialect: Dialect,
+) -> (Program, String) {
+    let built = built(plan, cell, dialect).unwrap();
+    let written = dialect::write(&built.programs[0], cell).unwrap();
+    let parsed = read(dialect, &written, cell);
+    assert_eq!(dialect::write(&parsed.program, cell).unwrap(), written);
+    (parsed.program, told(&written))
+}
+
+fn told(files: &[TextFile]) -> String {
+    let texts = files
+        .iter()
+        .map(|f| format!("==> {} <==\n{}", f.name, f.text));
+    texts.collect()
+}
+
+/// The points of the bead of a program as it is executed, mm, with the external axes there, mm or rad.
+pub(crate) fn laid(program: &Program, cell: &CellProgramming) -> Vec<(DVec3, Vec<f64>)> {
+    let known = cell.execution(10.0);
+    let reading = read_toolpath(std::slice::from_ref(program), &known, 1e3, &Reporter::new());
+    let reading = reading.unwrap();
+    assert_eq!(reading.gaps, []);
+    let mut passes = reading.toolpath.passes().filter(|p| p.head.role.deposits());
+    let bead = passes.next().unwrap();
+    let axes = |i: usize| bead.external(i).flatten().collect();
+    (0..bead.points.len())
+        .map(|i| (bead.points[i], axes(i)))
+        .collect()
+}
+
 fn small() -> Toolpath {
     toolpath(400.0 / 3.0, two_layers().into())
 }
@@ -129,11 +163,7 @@ fn small() -> Toolpath {
 fn golden(dialect: Dialect) -> String {
     let cell = cell(&[400.0 / 3.0, 100.0]);
     let built = built(&small(), &cell, dialect).unwrap();
-    let files = written(&built, &cell).unwrap().concat();
-    let texts = files
-        .iter()
-        .map(|f| format!("==> {} <==\n{}", f.name, f.text));
-    texts.collect()
+    told(&written(&built, &cell).unwrap().concat())
 }
 
 #[test]

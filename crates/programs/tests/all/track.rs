@@ -3,16 +3,13 @@
 use meltpath_base::{Reporter, settings as files};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::positioner::Positioner;
-use meltpath_programs::program::Program;
 use meltpath_programs::track::Track;
-use meltpath_programs::{
-    BuildSettings, CellProgramming, Dialect, Missing, Pause, build, dialect, read_toolpath,
-};
+use meltpath_programs::{CellProgramming, Dialect, Missing, build, read_toolpath};
 use meltpath_toolpath::{Layer, Move, Role, Toolpath};
 use proptest::prelude::*;
 
-use crate::built::{head, settings, toolpath};
-use crate::dialects::{held, read};
+use crate::built::{head, toolpath};
+use crate::dialects::{asked, laid, text_of};
 
 const FEED: f64 = 400.0 / 3.0;
 const SPOKEN: [Dialect; 3] = [Dialect::FanucLs, Dialect::Krl, Dialect::Rapid];
@@ -64,25 +61,6 @@ fn plan(turns: bool) -> Toolpath {
     toolpath(FEED, vec![layer])
 }
 
-fn asked(dialect: Dialect) -> BuildSettings {
-    BuildSettings {
-        dialect,
-        ..settings(Pause::None)
-    }
-}
-
-fn text_of(plan: &Toolpath, cell: &CellProgramming, dialect: Dialect) -> (Program, String) {
-    let built = build(plan, cell, &asked(dialect), &Reporter::new()).unwrap();
-    let built = held(built, dialect);
-    let written = dialect::write(&built.programs[0], cell).unwrap();
-    let parsed = read(dialect, &written, cell);
-    assert_eq!(dialect::write(&parsed.program, cell).unwrap(), written);
-    let texts = written
-        .iter()
-        .map(|f| format!("==> {} <==\n{}", f.name, f.text));
-    (parsed.program, texts.collect())
-}
-
 #[test]
 fn golden_programs_along_a_track() {
     for dialect in SPOKEN {
@@ -91,20 +69,6 @@ fn golden_programs_along_a_track() {
         let (_, text) = text_of(&plan(true), &with_table(), dialect);
         insta::assert_snapshot!(format!("track_and_table_{dialect:?}"), text);
     }
-}
-
-/// The points of the bead with the axes there of a program as it is executed, mm or rad.
-fn laid(program: &Program, cell: &CellProgramming) -> Vec<(DVec3, Vec<f64>)> {
-    let known = cell.execution(10.0);
-    let reading = read_toolpath(std::slice::from_ref(program), &known, 1e3, &Reporter::new());
-    let reading = reading.unwrap();
-    assert_eq!(reading.gaps, []);
-    let mut passes = reading.toolpath.passes().filter(|p| p.head.role.deposits());
-    let bead = passes.next().unwrap();
-    let axes = |i: usize| bead.external(i).flatten().collect();
-    (0..bead.points.len())
-        .map(|i| (bead.points[i], axes(i)))
-        .collect()
 }
 
 #[test]

@@ -4,13 +4,12 @@ use meltpath_base::{Reporter, settings as files};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Instruction, Program};
 use meltpath_programs::{
-    BuildSettings, CellProgramming, Dialect, Missing, Pause, Reading, build, dialect, dry_run,
-    read_toolpath,
+    CellProgramming, Dialect, Missing, Reading, build, dialect, dry_run, read_toolpath,
 };
 use meltpath_toolpath::{Channel, Event, Layer, Role, Toolpath, Weave, WeaveShape};
 
-use crate::built::{head, settings, toolpath};
-use crate::dialects::{held, read};
+use crate::built::{head, toolpath};
+use crate::dialects::{asked, held, read, text_of};
 
 const FEED: f64 = 400.0 / 3.0;
 const WOVEN: [Dialect; 4] = [
@@ -81,26 +80,6 @@ fn plan(weave: Weave) -> Toolpath {
         weaves: vec![weave],
         ..toolpath(FEED, vec![layer])
     }
-}
-
-fn asked(dialect: Dialect) -> BuildSettings {
-    BuildSettings {
-        dialect,
-        ..settings(Pause::None)
-    }
-}
-
-/// The program of a plan and its text, written, read and written again.
-fn text_of(plan: &Toolpath, cell: &CellProgramming, dialect: Dialect) -> (Program, String) {
-    let built = build(plan, cell, &asked(dialect), &Reporter::new()).unwrap();
-    let built = held(built, dialect);
-    let written = dialect::write(&built.programs[0], cell).unwrap();
-    let parsed = read(dialect, &written, cell);
-    assert_eq!(dialect::write(&parsed.program, cell).unwrap(), written);
-    let texts = written
-        .iter()
-        .map(|f| format!("==> {} <==\n{}", f.name, f.text));
-    (parsed.program, texts.collect())
 }
 
 fn reading(program: &Program, cell: &CellProgramming) -> Reading {

@@ -44,6 +44,17 @@ pub enum Clearance {
     InVain,
 }
 
+/// How much more room than `wanted` mm the cell has where it stands so while a command is executed, mm.
+fn spare(
+    task: &Task<'_>,
+    around: &Surroundings<'_>,
+    wanted: f64,
+    (command, values): (u32, &Values),
+) -> f64 {
+    let bodies = capsules(task.cell, around.shapes, values);
+    room(task.cell, around, command, &bodies) - wanted
+}
+
 /// How the arm holds the torch along a program so that it keeps `wanted` mm clear of what stands around, as far as there is a way.
 ///
 /// # Errors
@@ -55,10 +66,7 @@ pub fn hold_clear(
     observer: &dyn Observer,
 ) -> Result<Cleared, NotHeld> {
     let chains = runs(task);
-    let guard = |command: u32, values: &Values| {
-        let bodies = capsules(task.cell, around.shapes, values);
-        room(task.cell, around, command, &bodies) - wanted
-    };
+    let guard = |command: u32, values: &Values| spare(task, around, wanted, (command, values));
     let mut search = Search::new(task, &chains, Some(&guard));
     let mut held = search.held(observer)?;
     let mut best: Option<(f64, Held)> = None;
@@ -106,10 +114,7 @@ pub fn room_over(
     observer: &dyn Observer,
 ) -> Result<f64, NotHeld> {
     let chains = runs(task);
-    let guard = |command: u32, values: &Values| {
-        let bodies = capsules(task.cell, around.shapes, values);
-        room(task.cell, around, command, &bodies) - wanted
-    };
+    let guard = |command: u32, values: &Values| spare(task, around, wanted, (command, values));
     let held = Search::new(task, &chains, Some(&guard)).held(observer)?;
     let least = over_joint_moves(task, &held, around, wanted)?;
     Ok(least.unwrap_or(f64::INFINITY) - wanted)
