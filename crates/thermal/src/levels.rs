@@ -40,6 +40,8 @@ pub use matter::{Frame, Matter};
 /// How `θ` may bend from cell to cell, as kelvins of the solid's conductivity at the solidus: a tile that bends more is divided,
 /// four that bend less than an eighth become one.
 pub const BEND: f64 = 300.0;
+/// Cells of a level go this many of their edges deep at least; below, those of the next coarser one lie.
+const DEEP: f64 = 6.0;
 /// Tiles no warmer than this above the start temperature sleep where their neighbours do, K.
 const COLD: f64 = 2.0;
 
@@ -83,6 +85,24 @@ impl Setup {
             edge: self.cell,
         };
         (roots, frame)
+    }
+
+    /// The lowest plane of each level, coarsest first: a level's is above that of the next coarser one, or both have all planes.
+    fn bases(&self) -> Vec<usize> {
+        let mut bases = vec![0; self.coarser + 1];
+        let mut above = self.heights.len();
+        for level in (1..=self.coarser).rev() {
+            let edge = self.cell * f64::from(1_u32 << (self.coarser - level));
+            let deep = (DEEP * edge).max(self.tracked) - 1e-9;
+            let mut depth = 0.0;
+            let holds = self.heights.iter().rposition(|height| {
+                depth += height;
+                depth >= deep
+            });
+            above = holds.unwrap_or(0).min(above.saturating_sub(1));
+            bases[level] = above;
+        }
+        bases
     }
 
     fn planes_of_layer(&self) -> (usize, f64) {
@@ -142,6 +162,8 @@ struct Level {
     step: f64,
     /// Steps in one of the next coarser level.
     parts: usize,
+    /// The lowest plane of its cells.
+    base: usize,
     planes: Vec<PlaneStep>,
     tiles: Vec<Tile>,
     shown: Vec<Shown>,
@@ -266,7 +288,7 @@ impl Levels {
         let mut sum = 0.0;
         for level in &self.levels {
             for tile in &level.tiles {
-                for (k, height) in self.setup.heights.iter().enumerate() {
+                for (k, height) in self.setup.heights[tile.planes()].iter().enumerate() {
                     let cells = k * PLANE..(k + 1) * PLANE;
                     let of_plane: f64 = tile.enthalpy[cells.clone()]
                         .iter()
@@ -280,7 +302,7 @@ impl Levels {
         sum
     }
 
-    /// Tiles of each level, coarsest first.
+    /// Tiles of each level, coarsest first, with those that lie under finer ones.
     pub fn tiles(&self) -> Vec<usize> {
         self.levels.iter().map(|l| l.tiles.len()).collect()
     }
@@ -374,6 +396,7 @@ impl Levels {
 
 /// The levels, without tiles.
 fn levels(setup: &Setup, tree: &Tree) -> Vec<Level> {
+    let bases = setup.bases();
     (0..=setup.coarser)
         .map(|level| {
             let [nx, ny] = tree.size(level);
@@ -381,6 +404,7 @@ fn levels(setup: &Setup, tree: &Tree) -> Vec<Level> {
                 edge: setup.cell * f64::from(1_u32 << (setup.coarser - level)),
                 step: 0.0,
                 parts: 1,
+                base: bases[level],
                 planes: Vec::new(),
                 tiles: Vec::new(),
                 shown: Vec::new(),

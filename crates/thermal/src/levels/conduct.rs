@@ -23,6 +23,17 @@ pub(crate) enum Side<'a> {
     Finer([Option<&'a [f32]>; 2]),
 }
 
+/// What lies under the lowest plane of a tile.
+#[derive(Clone, Copy)]
+pub(crate) enum Under<'a> {
+    /// Nothing flows: the lower face of all, or a trunk that sleeps.
+    Closed,
+    /// The lower face of all, held at this `θ`.
+    Held(f32),
+    /// Of the trunk on the next coarser level which quarter, by column and row.
+    Trunk(&'a Shown, [usize; 2]),
+}
+
 /// Coefficients of a plane for a time step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlaneStep {
@@ -39,14 +50,18 @@ pub(crate) struct Conduct<'a> {
     /// `dt/dx²`.
     pub(crate) across: f32,
     pub(crate) planes: &'a [PlaneStep],
-    /// `θ` of the lower face, where it is held.
-    pub(crate) floor: f32,
     /// Area of a column, mm².
     pub(crate) area: f64,
     pub(crate) tile: &'a mut Tile,
     pub(crate) own: &'a Shown,
-    pub(crate) sides: [Side<'a>; 4],
-    /// Whether the coarser level beside begins a step with this one.
+    /// What lies beside the planes below `split`, and beside the others.
+    pub(crate) sides: [[Side<'a>; 4]; 2],
+    /// The lowest plane of the next finer level.
+    pub(crate) split: usize,
+    pub(crate) under: Under<'a>,
+    /// What the four finer tiles on a trunk gave it during this step.
+    pub(crate) over: [Option<&'a [f32]>; 4],
+    /// Whether the coarser level begins a step with this one.
     pub(crate) first: bool,
 }
 
@@ -141,27 +156,28 @@ fn fill(padded: &mut [f32; GHOSTED], own: &[f32]) {
 /// `θ` of plane `k` with its ghosts. Towards coarser cells a parabola through two cells inside and the one outside.
 #[inline(always)]
 fn pad_theta(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usize) {
-    let range = k * PLANE..(k + 1) * PLANE;
-    fill(padded, &own.theta[range.clone()]);
+    fill(padded, own.theta(k));
     for (s, side) in sides.iter().enumerate() {
-        let mut values = inside(padded, s, 1);
-        match side {
-            Side::Closed | Side::Finer(_) => {}
+        let values = match side {
+            Side::Closed | Side::Finer(_) => inside(padded, s, 1),
             Side::Held(theta) => {
+                let mut values = inside(padded, s, 1);
                 for v in &mut values {
                     *v = theta + theta - *v;
                 }
+                values
             }
-            Side::Same(shown) => values = along(&shown.theta[range.clone()], s ^ 1),
+            Side::Same(shown) => along(shown.theta(k), s ^ 1),
             Side::Coarser(shown, half) => {
-                let there = between(&along(&shown.theta[range.clone()], s ^ 1), *half);
-                let second = inside(padded, s, 2);
+                let there = between(&along(shown.theta(k), s ^ 1), *half);
+                let (mut values, second) = (inside(padded, s, 1), inside(padded, s, 2));
                 for n in 0..N {
                     values[n] =
                         (8.0 * there[n] + 10.0 * values[n] - 3.0 * second[n]) * (1.0 / 15.0);
                 }
+                values
             }
-        }
+        };
         put(padded, s, &values);
     }
 }
@@ -169,22 +185,82 @@ fn pad_theta(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usi
 /// Shares of the conductivity with their ghosts.
 #[inline(always)]
 fn pad_share(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usize) {
-    let range = k * PLANE..(k + 1) * PLANE;
-    fill(padded, &own.share[range.clone()]);
+    fill(padded, own.share(k));
     for (s, side) in sides.iter().enumerate() {
-        let mut values = inside(padded, s, 1);
-        match side {
-            Side::Closed | Side::Finer(_) | Side::Held(_) => {}
-            Side::Same(shown) => values = along(&shown.share[range.clone()], s ^ 1),
+        let values = match side {
+            Side::Closed | Side::Finer(_) | Side::Held(_) => inside(padded, s, 1),
+            Side::Same(shown) => along(shown.share(k), s ^ 1),
             Side::Coarser(shown, half) => {
-                let there = along(&shown.share[range.clone()], s ^ 1);
+                let there = along(shown.share(k), s ^ 1);
+                let mut values = [0.0; N];
                 for n in 0..N {
                     values[n] = there[half * (N / 2) + n / 2];
                 }
+                values
             }
-        }
+        };
         put(padded, s, &values);
     }
+}
+
+/// What lies under the cells of the lowest plane: `θ`, and shares of the dense conductivity.
+struct Beneath {
+    theta: [f32; PLANE],
+    share: [f32; PLANE],
+    dense: bool,
+}
+
+/// A quarter of the slope along a row, from cell to cell.
+#[inline(always)]
+fn onwards(row: &[f32]) -> [f32; N] {
+    let mut out = [0.0; N];
+    for n in 1..N - 1 {
+        out[n] = 0.125 * (row[n + 1] - row[n - 1]);
+    }
+    out[0] = 0.25 * (row[1] - row[0]);
+    out[N - 1] = 0.25 * (row[N - 1] - row[N - 2]);
+    out
+}
+
+/// A quarter of a trunk's highest plane under finer cells: `θ` straight between its cells.
+#[inline(always)]
+fn beneath(under: &Under) -> Beneath {
+    let mut out = Beneath {
+        theta: [0.0; PLANE],
+        share: [1.0; PLANE],
+        dense: true,
+    };
+    match under {
+        Under::Closed => {}
+        Under::Held(theta) => out.theta = [*theta; PLANE],
+        Under::Trunk(shown, quarter) => {
+            let top = shown.base + shown.dense.len() - 1;
+            let (theta, share) = (shown.theta(top), shown.share(top));
+            out.dense = shown.dense(top);
+            for half in 0..N / 2 {
+                let row = quarter[1] * (N / 2) + half;
+                let (south, north) = (row.saturating_sub(1), (row + 1).min(N - 1));
+                let upwards = 0.25 / (north - south) as f32;
+                let [here, south, north] = [row, south, north].map(|row| &theta[row * N..][..N]);
+                let onwards = onwards(here);
+                for n in 0..N / 2 {
+                    let c = quarter[0] * (N / 2) + n;
+                    let (up, on) = (upwards * (north[c] - south[c]), onwards[c]);
+                    let to = 2 * half * N + 2 * n;
+                    out.theta[to] = here[c] - up - on;
+                    out.theta[to + 1] = here[c] - up + on;
+                    out.theta[to + N] = here[c] + up - on;
+                    out.theta[to + N + 1] = here[c] + up + on;
+                }
+                for n in 0..N {
+                    let of = share[row * N + quarter[0] * (N / 2) + n / 2];
+                    out.share[2 * half * N + n] = of;
+                    out.share[(2 * half + 1) * N + n] = of;
+                }
+            }
+        }
+    }
+    out
 }
 
 #[inline(always)]
@@ -198,69 +274,75 @@ fn conduct(step: Conduct) {
         formulas,
         across,
         planes,
-        floor,
         area,
         tile,
         own,
         sides,
+        split,
+        under,
+        over,
         first,
     } = step;
     let mut theta = [0.0_f32; GHOSTED];
     let mut share = [1.0_f32; GHOSTED];
-    let last = planes.len() - 1;
+    let beneath = beneath(&under);
+    let (base, end) = (own.base, own.base + own.dense.len());
     let mut left = 0.0_f64;
-    for (k, plane) in planes.iter().enumerate() {
-        pad_theta(&mut theta, own, &sides, k);
+    for k in base..end {
+        let mut plane = planes[k];
+        let (lowest, above) = (k == base, (k + 1).min(end - 1));
+        if lowest && matches!(under, Under::Closed) {
+            plane.along[0] = 0.0;
+        }
+        if k + 1 == end {
+            plane.along[1] = 0.0;
+        }
+        let sides = &sides[usize::from(k >= split)];
+        pad_theta(&mut theta, own, sides, k);
         let beside = |side: &Side| match side {
-            Side::Same(shown) | Side::Coarser(shown, _) => shown.dense[k],
+            Side::Same(shown) | Side::Coarser(shown, _) => shown.dense(k),
             _ => true,
         };
-        let (below, above) = (k.saturating_sub(1), (k + 1).min(last));
-        let dense =
-            own.dense[k] && own.dense[below] && own.dense[above] && sides.iter().all(beside);
-        let of_plane = k * PLANE..(k + 1) * PLANE;
+        let below_dense = if lowest {
+            beneath.dense
+        } else {
+            own.dense(k - 1)
+        };
+        let dense = own.dense(k) && below_dense && own.dense(above) && sides.iter().all(beside);
+        let of_plane = (k - base) * PLANE..(k - base + 1) * PLANE;
         let mut cells = Cells {
             enthalpy: &mut tile.enthalpy[of_plane.clone()],
             density: &mut tile.density[of_plane.clone()],
             settled: &mut tile.settled[of_plane],
         };
-        let held = plane.heights[0] == 0.0;
-        let upright = [
-            &own.theta[below * PLANE..][..PLANE],
-            &own.theta[above * PLANE..][..PLANE],
-        ];
-        if dense {
-            conduct_dense(
-                across,
-                plane,
-                &theta,
-                upright,
-                held.then_some(floor),
-                cells.enthalpy,
-            );
+        let upright = if lowest {
+            [&beneath.theta[..], own.theta(above)]
         } else {
-            pad_share(&mut share, own, &sides, k);
-            let shares = [
-                &own.share[below * PLANE..][..PLANE],
-                &own.share[above * PLANE..][..PLANE],
-            ];
+            [own.theta(k - 1), own.theta(above)]
+        };
+        if dense {
+            conduct_dense(across, &plane, &theta, upright, cells.enthalpy);
+        } else {
+            pad_share(&mut share, own, sides, k);
+            let shares = if lowest {
+                [&beneath.share[..], own.share(above)]
+            } else {
+                [own.share(k - 1), own.share(above)]
+            };
             let around = Powdery {
                 across,
-                plane,
+                plane: &plane,
                 theta: &theta,
                 share: &share,
                 upright,
                 shares,
-                floor: held.then_some(floor),
             };
             conduct_powder(formulas, &around, &mut cells);
         }
-        if held {
-            // twice the conductance of half a cell; counted before the step, as the cells saw it
-            for n in 0..PLANE {
-                let c = if dense { 1.0 } else { own.share[k * PLANE + n] };
-                let flow = plane.along[0] / plane.height * c * (own.theta[k * PLANE + n] - floor);
-                left += f64::from(flow) * area * f64::from(plane.height);
+        if lowest {
+            let sum = downwards(&plane, own, &beneath, &mut tile.down, first);
+            if matches!(under, Under::Held(_)) {
+                left += sum * area * f64::from(plane.height);
             }
         }
         let edge = Edge {
@@ -268,12 +350,55 @@ fn conduct(step: Conduct) {
             theta: &theta,
             share: (!dense).then_some(&share),
             first,
-            k,
+            row: (k - base) * N,
+            finer: k.saturating_sub(split) * N,
         };
         let (g, r) = (cells.enthalpy, cells.density);
-        left += exchange(&edge, &sides, &mut tile.out, g, r) * area * f64::from(plane.height);
+        left += exchange(&edge, sides, &mut tile.out, g, r) * area * f64::from(plane.height);
+        if k + 1 == end && end < planes.len() {
+            take_from_above(over, planes[end].height / plane.height, g, r);
+        }
     }
     tile.lost.conducted += left;
+}
+
+/// Counts what the cells of the lowest plane give downwards, as they were before the step; its sum, J/mm³.
+#[inline(always)]
+fn downwards(
+    plane: &PlaneStep,
+    own: &Shown,
+    beneath: &Beneath,
+    down: &mut [f32],
+    first: bool,
+) -> f64 {
+    let (theta, share) = (own.theta(own.base), own.share(own.base));
+    let [h, hd] = [plane.height, plane.heights[0]];
+    let mut heat = [0.0_f32; PLANE];
+    for n in 0..PLANE {
+        let (c, cd) = (share[n], beneath.share[n]);
+        heat[n] = plane.along[0] * c * cd / (h * cd + hd * c) * (theta[n] - beneath.theta[n]);
+    }
+    for (down, heat) in down.iter_mut().zip(heat) {
+        *down = if first { heat } else { *down + heat };
+    }
+    heat.iter().map(|h| f64::from(*h)).sum()
+}
+
+/// Takes what four finer tiles gave to the highest plane of a trunk; `heights` is theirs over its own.
+#[inline(always)]
+fn take_from_above(over: [Option<&[f32]>; 4], heights: f32, g: &mut [f32], r: &[f32]) {
+    for (q, down) in over.iter().enumerate() {
+        let Some(down) = down else {
+            continue;
+        };
+        for n in 0..PLANE / 4 {
+            let (i, j) = (n % (N / 2), n / (N / 2));
+            let from = 2 * j * N + 2 * i;
+            let four = down[from] + down[from + 1] + down[from + N] + down[from + N + 1];
+            let cell = (q / 2 * (N / 2) + j) * N + q % 2 * (N / 2) + i;
+            g[cell] += 0.25 * heights * four / r[cell];
+        }
+    }
 }
 
 /// The rim of a plane in a step.
@@ -283,7 +408,9 @@ struct Edge<'a> {
     /// Shares of the conductivity where not all are one.
     share: Option<&'a [f32; GHOSTED]>,
     first: bool,
-    k: usize,
+    /// Where the row's cells begin in what the tile gives to coarser ones, and in what finer ones gave.
+    row: usize,
+    finer: usize,
 }
 
 /// Counts what flows out to coarser cells and through faces that are held, and takes what finer cells gave. Returns what leaves
@@ -312,7 +439,7 @@ fn exchange(
                 for n in 0..N {
                     let heat = edge.across * shares[n] * (inner[n] - ghost[n]);
                     sum += f64::from(heat);
-                    if let Some(out) = out[s].get_mut(edge.k * N + n) {
+                    if let Some(out) = out[s].get_mut(edge.row + n) {
                         *out = if edge.first { heat } else { *out + heat };
                     }
                 }
@@ -325,7 +452,7 @@ fn exchange(
                     let Some(gave) = halves[n / (N / 2)] else {
                         continue;
                     };
-                    let from = edge.k * N + 2 * (n % (N / 2));
+                    let from = edge.finer + 2 * (n % (N / 2));
                     let heat = 0.25 * (gave[from] + gave[from + 1]);
                     let cell = match s {
                         0 => n * N,
@@ -348,20 +475,14 @@ fn conduct_dense(
     plane: &PlaneStep,
     theta: &[f32; GHOSTED],
     [below, above]: [&[f32]; 2],
-    floor: Option<f32>,
     g: &mut [f32],
 ) {
     let bd = plane.along[0] / (plane.height + plane.heights[0]);
     let bu = plane.along[1] / (plane.height + plane.heights[1]);
-    let held = [floor.unwrap_or(0.0); N];
     for j in 0..N {
         let row = (j + 1) * ROW;
         let [t, west, east, south, north] = star(theta, row);
-        let down = if floor.is_some() {
-            &held[..]
-        } else {
-            &below[j * N..][..N]
-        };
+        let down = &below[j * N..][..N];
         let up = &above[j * N..][..N];
         let g = &mut g[j * N..][..N];
         for i in 0..N {
@@ -381,7 +502,6 @@ struct Powdery<'a> {
     share: &'a [f32; GHOSTED],
     upright: [&'a [f32]; 2],
     shares: [&'a [f32]; 2],
-    floor: Option<f32>,
 }
 
 /// A row of cells and those west, east, south and north of it.
@@ -416,7 +536,6 @@ fn conduct_powder(f: &Formulas<f32>, around: &Powdery, cells: &mut Cells) {
         height: h,
         heights: [hd, hu],
     } = *around.plane;
-    let held = [around.floor.unwrap_or(0.0); N];
     let mut heat = [0.0_f32; PLANE];
     // what the row gives to the one south of it, which took as much
     let mut to_south = between_rows(around, ROW + 1, 1);
@@ -424,10 +543,7 @@ fn conduct_powder(f: &Formulas<f32>, around: &Powdery, cells: &mut Cells) {
         let row = (j + 1) * ROW;
         let ([t, west, east, _, north], [c, cw, ce, _, cn]) =
             (star(around.theta, row), star(around.share, row));
-        let down = match around.floor {
-            Some(_) => &held[..],
-            None => &around.upright[0][j * N..][..N],
-        };
+        let down = &around.upright[0][j * N..][..N];
         let up = &around.upright[1][j * N..][..N];
         let [cd, cu] = [
             &around.shares[0][j * N..][..N],

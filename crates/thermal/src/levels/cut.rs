@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::matter::lifted;
 use super::tile::{Look, N, PLANE, SIDES, Shown, Tile};
-use super::tree::Tree;
+use super::tree::{Tree, parts};
 use super::{COLD, Levels, NOWHERE};
 use crate::solver::source::Spot;
 
@@ -23,13 +23,13 @@ impl Levels {
     pub(super) fn first_tiles(&mut self, roots: [usize; 2], tracked: usize) {
         let planes = self.setup.heights.len();
         for n in 0..roots[0] * roots[1] {
-            let mut tile = Tile::new([n % roots[0], n / roots[0]], planes, tracked);
+            let mut tile = Tile::new([n % roots[0], n / roots[0]], 0..planes, tracked);
             for k in 0..planes {
                 for c in 0..PLANE {
                     tile.density[k * PLANE + c] = self.mean_of_matter(0, tile.at, k, c);
                 }
             }
-            let shown = self.shown(&mut tile);
+            let shown = self.shown(0, &mut tile);
             self.levels[0].tiles.push(tile);
             self.levels[0].shown.push(shown);
             self.levels[0].index[n] = n as u32;
@@ -45,12 +45,18 @@ impl Levels {
             .mean(first, edge, [depth, depth + self.setup.heights[k]])
     }
 
+    /// The lowest plane of the next finer level.
+    fn split(&self, level: usize) -> usize {
+        let finer = self.levels.get(level + 1);
+        finer.map_or(self.levels[level].base, |finer| finer.base)
+    }
+
     /// What a new tile shows; its densities tell how hot its powder was.
-    pub(super) fn shown(&self, tile: &mut Tile) -> Shown {
+    pub(super) fn shown(&self, level: usize, tile: &mut Tile) -> Shown {
         for (settled, r) in tile.settled.iter_mut().zip(&tile.density) {
             *settled = self.offsets.highest(*r);
         }
-        let mut shown = Shown::new(self.setup.heights.len());
+        let mut shown = Shown::new(tile.planes());
         self.register.run(super::tile::Refresh {
             formulas: &self.formulas,
             tile: &mut *tile,
@@ -59,6 +65,7 @@ impl Levels {
         self.register.run(Look {
             tile,
             shown: &shown,
+            split: self.split(level),
         });
         shown
     }
@@ -70,6 +77,7 @@ impl Levels {
         let most = (self.setup.bend * conductivity) as f32;
         for n in 0..self.levels.len() {
             let finest = n == self.setup.coarser;
+            let split = self.split(n);
             for i in 0..self.levels[n].tiles.len() {
                 let level = &mut self.levels[n];
                 let (tile, shown) = (&mut level.tiles[i], &level.shown[i]);
@@ -77,13 +85,14 @@ impl Levels {
                     self.register.run(Look {
                         tile: &mut *tile,
                         shown,
+                        split,
                     });
                 }
-                let (at, bend) = (tile.at, tile.bend);
-                if bend > EASE * most {
+                let (at, high) = (tile.at, tile.bend_high);
+                if tile.bend > EASE * most {
                     tree.want(n, at);
                 }
-                if bend > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
+                if high > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
                     tree.want(n + 1, at.map(|t| 2 * t));
                 }
             }
@@ -152,35 +161,37 @@ impl Levels {
         }
         self.tree = tree;
         for n in 0..self.levels.len() {
-            for i in 0..self.levels[n].tiles.len() {
-                let at = self.levels[n].tiles[i].at;
+            for tile in &mut self.levels[n].tiles {
                 for (s, way) in SIDES.iter().enumerate() {
-                    let beside = self.tree.beside(n, at, *way);
+                    let beside = self.tree.beside(n, tile.at, *way);
                     let coarser = beside.is_some_and(|there| !self.tree.is_there(n, there));
-                    let out = &mut self.levels[n].tiles[i].out[s];
-                    out.clear();
-                    if coarser {
-                        out.resize(self.setup.heights.len() * N, 0.0);
-                    }
+                    let cells = if coarser { N * tile.planes().len() } else { 0 };
+                    tile.out[s].clear();
+                    tile.out[s].resize(cells, 0.0);
                 }
+                tile.down.clear();
+                tile.down.resize(if tile.base > 0 { PLANE } else { 0 }, 0.0);
             }
         }
     }
 
-    /// Puts a tile, or all it is divided into, where it belongs.
+    /// Puts a tile where it belongs, or its trunk and all that it is divided into.
     fn place(&mut self, tree: &Tree, pool: &mut Pool, level: usize, at: [usize; 2]) {
-        if tree.is_divided(level, at) {
-            if let Some((tile, _)) = pool[level].remove(&at) {
-                for part in self.divide(level, tile) {
-                    pool[level + 1].insert(part.0.at, part);
-                }
+        let (tile, shown) = if tree.is_divided(level, at) {
+            let mut here = pool[level].remove(&at);
+            if here.as_ref().is_some_and(|(tile, _)| self.is_whole(tile)) {
+                here = here.and_then(|(tile, _)| self.divide(pool, level, tile));
             }
             for part in parts(at) {
                 self.place(tree, pool, level + 1, part);
             }
-            return;
-        }
-        let (tile, shown) = self.gather(pool, level, at);
+            let Some(trunk) = here else {
+                return;
+            };
+            trunk
+        } else {
+            self.gather(pool, level, at)
+        };
         let place = at[1] * tree.size(level)[0] + at[0];
         let own = &mut self.levels[level];
         own.index[place] = own.tiles.len() as u32;
@@ -188,15 +199,27 @@ impl Levels {
         own.shown.push(shown);
     }
 
-    /// The tile at a place, made of finer ones where it was divided.
+    /// Whether a tile reaches up to the build plane: it is no trunk.
+    fn is_whole(&self, tile: &Tile) -> bool {
+        tile.planes().end == self.setup.heights.len()
+    }
+
+    /// The tile at a place, made of finer ones and their trunk where it was divided.
     fn gather(&mut self, pool: &mut Pool, level: usize, at: [usize; 2]) -> (Tile, Shown) {
-        if let Some(found) = pool[level].remove(&at) {
-            return found;
-        }
-        let planes = self.setup.heights.len();
+        let trunk = match pool[level].remove(&at) {
+            Some(found) if self.is_whole(&found.0) => return found,
+            trunk => trunk,
+        };
+        let base = self.levels[level].base;
+        let planes = base..self.setup.heights.len();
         let tracked =
             self.record.peak.len() / (self.matter.frame.cells[0] * self.matter.frame.cells[1]);
         let mut whole = Tile::new(at, planes, tracked);
+        if let Some((trunk, _)) = trunk {
+            whole.enthalpy[..trunk.enthalpy.len()].copy_from_slice(&trunk.enthalpy);
+            whole.density[..trunk.density.len()].copy_from_slice(&trunk.density);
+            whole.lost.add(&trunk.lost);
+        }
         for (n, part) in parts(at).into_iter().enumerate() {
             let (mut tile, _) = self.gather(pool, level + 1, part);
             self.record.take(
@@ -205,17 +228,18 @@ impl Levels {
                 &mut self.matter,
             );
             let corner = (n / 2 * N + n % 2) * (N / 2);
-            for k in 0..planes {
+            for k in tile.planes() {
+                let (own, below) = ((k - tile.base) * PLANE, (k - base) * PLANE);
                 for c in 0..PLANE / 4 {
                     let (i, j) = (c % (N / 2), c / (N / 2));
-                    let four = [0, 1, N, N + 1].map(|d| k * PLANE + 2 * j * N + 2 * i + d);
+                    let four = [0, 1, N, N + 1].map(|d| own + 2 * j * N + 2 * i + d);
                     let r = 0.25 * four.iter().map(|m| tile.density[*m]).sum::<f32>();
                     let heat = 0.25
                         * four
                             .iter()
                             .map(|m| self.offsets.stored(tile.enthalpy[*m], tile.density[*m]))
                             .sum::<f64>();
-                    let to = k * PLANE + corner + j * N + i;
+                    let to = below + corner + j * N + i;
                     whole.density[to] = r;
                     whole.enthalpy[to] = ((heat - self.offsets.at(r)) / f64::from(r)) as f32;
                 }
@@ -223,57 +247,60 @@ impl Levels {
             whole.lost.add(&tile.lost);
         }
         whole.begin_anew();
-        let shown = self.shown(&mut whole);
+        let shown = self.shown(level, &mut whole);
         (whole, shown)
     }
 
-    /// Four tiles of the next finer level with the heat of one.
-    fn divide(&mut self, level: usize, mut tile: Tile) -> [(Tile, Shown); 4] {
+    /// Puts four tiles of the next finer level with the heat of one into the pool; its planes below theirs stay as their trunk.
+    fn divide(&mut self, pool: &mut Pool, level: usize, mut tile: Tile) -> Option<(Tile, Shown)> {
         self.record.take(
             &mut tile,
             1 << (self.setup.coarser - level),
             &mut self.matter,
         );
-        let planes = self.setup.heights.len();
         let tracked = tile.peak.len() / PLANE;
-        let at = parts(tile.at);
-        [0, 1, 2, 3].map(|n| {
-            let mut part = Tile::new(at[n], planes, tracked);
+        let base = self.levels[level + 1].base;
+        for (n, at) in parts(tile.at).into_iter().enumerate() {
+            let mut part = Tile::new(at, base..self.setup.heights.len(), tracked);
             if n == 0 {
-                part.lost = tile.lost;
+                part.lost = std::mem::take(&mut tile.lost);
             }
             let corner = (n / 2 * N + n % 2) * (N / 2);
-            for k in 0..planes {
+            for k in part.planes() {
+                let (own, below) = ((k - base) * PLANE, (k - tile.base) * PLANE);
                 for c in 0..PLANE / 4 {
                     let (i, j) = (c % (N / 2), c / (N / 2));
                     let from = corner + j * N + i;
                     let four = [0, 1, N, N + 1].map(|d| 2 * j * N + 2 * i + d);
-                    let was = (
-                        tile.enthalpy[k * PLANE + from],
-                        tile.density[k * PLANE + from],
-                    );
+                    let was = (tile.enthalpy[below + from], tile.density[below + from]);
                     let r = if was.1 >= 1.0 {
                         [1.0; 4]
                     } else {
-                        let bases = four.map(|m| self.mean_of_matter(level + 1, at[n], k, m));
+                        let bases = four.map(|m| self.mean_of_matter(level + 1, at, k, m));
                         let mean = 0.25 * bases.iter().sum::<f32>();
                         bases.map(|b| lifted(b, mean, was.1))
                     };
-                    let [sx, sy] = slopes(&tile.enthalpy[k * PLANE..][..PLANE], from);
+                    let [sx, sy] = slopes(&tile.enthalpy[below..][..PLANE], from);
                     let g = [-sx - sy, sx - sy, sy - sx, sx + sy].map(|d| was.0 + 0.25 * d);
                     let heat: f64 = (0..4).map(|m| self.offsets.stored(g[m], r[m])).sum();
                     let lack = 4.0 * self.offsets.stored(was.0, was.1) - heat;
                     let shift = (lack / r.iter().map(|r| f64::from(*r)).sum::<f64>()) as f32;
                     for m in 0..4 {
-                        part.enthalpy[k * PLANE + four[m]] = g[m] + shift;
-                        part.density[k * PLANE + four[m]] = r[m];
+                        part.enthalpy[own + four[m]] = g[m] + shift;
+                        part.density[own + four[m]] = r[m];
                     }
                 }
             }
             part.begin_anew();
-            let shown = self.shown(&mut part);
-            (part, shown)
-        })
+            let shown = self.shown(level + 1, &mut part);
+            pool[level + 1].insert(at, (part, shown));
+        }
+        if base == 0 {
+            return None;
+        }
+        let mut trunk = tile.trunk(base);
+        let shown = self.shown(level, &mut trunk);
+        Some((trunk, shown))
     }
 
     /// Cold tiles among cold ones, away from the beam, sleep: those that no heat has reached. What radiates alone makes is left out
@@ -291,7 +318,9 @@ impl Levels {
                         s.centre[a] < from - s.reach() || s.centre[a] > from + edge + s.reach()
                     })
                 });
-                away && tile.warmth < cold
+                away && self.is_whole(tile)
+                    && tile.warmth < cold
+                    && self.warmth_below(n, tile) < cold
                     && SIDES
                         .iter()
                         .all(|way| self.warmth_beside(n, tile.at, *way) < cold)
@@ -317,18 +346,25 @@ impl Levels {
                 .get(n as usize)
                 .map_or(f32::INFINITY, |t| t.warmth)
         };
-        if self.tree.is_there(level, there) {
+        if self.tree.is_divided(level, there) {
+            f32::INFINITY
+        } else if self.tree.is_there(level, there) {
             of(level, there)
         } else {
             of(level - 1, there.map(|t| t / 2))
         }
     }
-}
 
-/// Places of the four parts of a tile, row by row.
-fn parts(at: [usize; 2]) -> [[usize; 2]; 4] {
-    let [x, y] = at.map(|t| 2 * t);
-    [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]]
+    /// Largest enthalpy above the start in the trunk under a tile, J/mm³.
+    fn warmth_below(&self, level: usize, tile: &Tile) -> f32 {
+        if tile.base == 0 {
+            return 0.0;
+        }
+        let [x, y] = tile.at.map(|t| t / 2);
+        let coarser = &self.levels[level - 1];
+        let n = coarser.index[y * self.tree.size(level - 1)[0] + x];
+        coarser.tiles[n as usize].warmth
+    }
 }
 
 /// Slopes of `g` from cell to cell along x and y, the smaller of both ways and none at a summit or the tile's edge.

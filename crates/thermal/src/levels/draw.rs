@@ -4,7 +4,7 @@ use meltpath_base::Observer;
 
 use super::step::LONGEST;
 use super::tile::{N, PLANE};
-use super::{Levels, LevelsError, NOWHERE};
+use super::{Levels, LevelsError};
 use crate::beam::{Beam, BeamPath};
 use crate::grid::between;
 use crate::grid::sample::Sample;
@@ -76,19 +76,6 @@ impl Levels {
     /// Temperature at a place, K, the build plane at z = 0; of the cell in the plane, straight between planes. `None` outside.
     fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
         let origin = self.matter.frame.origin;
-        let (level, tile, cell) = self.levels.iter().enumerate().find_map(|(n, level)| {
-            let size = self.tree.size(n);
-            let at = [x - origin[0], y - origin[1]].map(|d| d / level.edge);
-            if at.iter().any(|a| *a < 0.0) {
-                return None;
-            }
-            let [i, j] = at.map(|a| a as usize);
-            if i / N >= size[0] || j / N >= size[1] {
-                return None;
-            }
-            let index = level.index[j / N * size[0] + i / N];
-            (index != NOWHERE).then_some((level, index as usize, j % N * N + i % N))
-        })?;
         let heights = &self.setup.heights;
         let depth = -z;
         if depth < -1e-9 || depth > self.depths[0] + heights[0] {
@@ -96,10 +83,24 @@ impl Levels {
         }
         let (lower, upper, share) = between(&self.depths, heights, depth);
         let of = |k: usize| {
-            self.curve
-                .temperature(f64::from(level.tiles[tile].enthalpy[k * PLANE + cell]))
+            self.levels.iter().enumerate().find_map(|(n, level)| {
+                let size = self.tree.size(n);
+                let at = [x - origin[0], y - origin[1]].map(|d| d / level.edge);
+                if at.iter().any(|a| *a < 0.0) {
+                    return None;
+                }
+                let [i, j] = at.map(|a| a as usize);
+                if i / N >= size[0] || j / N >= size[1] {
+                    return None;
+                }
+                let index = level.index[j / N * size[0] + i / N];
+                let tile = level.tiles.get(index as usize)?;
+                let plane = tile.planes().contains(&k).then(|| k - tile.base)?;
+                let g = tile.enthalpy[plane * PLANE + j % N * N + i % N];
+                Some(self.curve.temperature(f64::from(g)))
+            })
         };
-        Some((1.0 - share) * of(upper) + share * of(lower))
+        Some((1.0 - share) * of(upper)? + share * of(lower)?)
     }
 }
 

@@ -161,7 +161,7 @@ impl Levels {
                 }
             }
             tile.begin_anew();
-            let shown = self.shown(&mut tile);
+            let shown = self.shown(0, &mut tile);
             self.levels[0].tiles[n] = tile;
             self.levels[0].shown[n] = shown;
         }

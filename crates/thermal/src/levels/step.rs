@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::conduct::{Conduct, PlaneStep, Side};
-use super::tile::{Cells, N, PLANE, Refresh, SIDES, Shown, Tile};
-use super::tree::Tree;
+use super::conduct::{Conduct, PlaneStep, Side, Under};
+use super::tile::{Cells, Follow, N, PLANE, Refresh, SIDES, Shown, Tile};
+use super::tree::{Tree, parts};
 use super::{Level, Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
@@ -52,19 +52,23 @@ struct Around<'a> {
     held: Option<f32>,
 }
 
+/// Planes of a tile: those below the next finer level's lowest, or the others.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    Deep,
+    High,
+}
+
 impl<'a> Around<'a> {
     fn place(&self, level: usize, at: [usize; 2]) -> usize {
         at[1] * self.tree.size(level)[0] + at[0]
     }
 
-    /// What lies beside a tile on side `s`; nothing flows to what sleeps.
-    fn side(&self, at: [usize; 2], s: usize) -> Side<'a> {
+    /// What lies beside a part of a tile on side `s`; nothing flows to what sleeps.
+    fn side(&self, at: [usize; 2], s: usize, part: Part) -> Side<'a> {
         let (tree, level) = (self.tree, self.level);
         let Some(there) = tree.beside(level, at, SIDES[s]) else {
             return self.held.map_or(Side::Closed, Side::Held);
-        };
-        let awake = |shown: &'a [Shown], index: &[u32], place: usize| {
-            shown.get(index[place] as usize).filter(|s| !s.asleep)
         };
         if !tree.is_there(level, there) {
             let half = if s < 2 { at[1] % 2 } else { at[0] % 2 };
@@ -72,7 +76,7 @@ impl<'a> Around<'a> {
             let shown = self.coarser.and_then(|c| awake(&c.shown, &c.index, place));
             return shown.map_or(Side::Closed, |shown| Side::Coarser(shown, half));
         }
-        if tree.is_divided(level, there) {
+        if part == Part::High && tree.is_divided(level, there) {
             // the two parts that touch, the lower one first; they look here from the opposite side
             let gave = |half: usize| {
                 let [x, y] = there.map(|t| 2 * t);
@@ -82,15 +86,59 @@ impl<'a> Around<'a> {
                     2 => [x + half, y + 1],
                     _ => [x + half, y],
                 };
-                let finer = self.finer?;
-                let n = finer.index[self.place(level + 1, part)] as usize;
-                let tile = finer.tiles.get(n).filter(|_| !finer.shown[n].asleep)?;
-                (!tile.out[s ^ 1].is_empty()).then_some(tile.out[s ^ 1].as_slice())
+                given(&self.finer_tile(part)?.out[s ^ 1])
             };
             return Side::Finer([gave(0), gave(1)]);
         }
         awake(self.shown, self.index, self.place(level, there)).map_or(Side::Closed, Side::Same)
     }
+
+    /// What lies beside a tile below the next finer level's lowest plane, where it goes so deep, and above.
+    fn sides(&self, at: [usize; 2], deep: bool) -> [[Side<'a>; 4]; 2] {
+        let of = |part| {
+            let side = |s| self.side(at, s, part);
+            [side(0), side(1), side(2), side(3)]
+        };
+        let high = of(Part::High);
+        [if deep { of(Part::Deep) } else { high }, high]
+    }
+
+    /// What lies under a tile whose lowest plane is `base`.
+    fn under(&self, at: [usize; 2], base: usize) -> Under<'a> {
+        if base == 0 {
+            return self.held.map_or(Under::Closed, Under::Held);
+        }
+        let place = self.place(self.level.saturating_sub(1), at.map(|t| t / 2));
+        let trunk = self.coarser.and_then(|c| awake(&c.shown, &c.index, place));
+        trunk.map_or(Under::Closed, |shown| {
+            Under::Trunk(shown, at.map(|t| t % 2))
+        })
+    }
+
+    /// What the finer tiles on a trunk gave it.
+    fn over(&self, at: [usize; 2]) -> [Option<&'a [f32]>; 4] {
+        if !self.tree.is_divided(self.level, at) {
+            return [None; 4];
+        }
+        parts(at).map(|part| given(&self.finer_tile(part)?.down))
+    }
+
+    /// A tile of the next finer level, if it is there and awake.
+    fn finer_tile(&self, at: [usize; 2]) -> Option<&'a Tile> {
+        let finer = self.finer?;
+        let n = finer.index[self.place(self.level + 1, at)] as usize;
+        finer.tiles.get(n).filter(|_| !finer.shown[n].asleep)
+    }
+}
+
+/// What a tile shows, if it is there and awake.
+fn awake<'a>(shown: &'a [Shown], index: &[u32], place: usize) -> Option<&'a Shown> {
+    shown.get(index[place] as usize).filter(|s| !s.asleep)
+}
+
+/// What was given, where anything could be.
+fn given(heat: &[f32]) -> Option<&[f32]> {
+    (!heat.is_empty()).then_some(heat)
 }
 
 /// No step of the coarsest level is longer, s: so far ahead the beam is looked for.
@@ -173,6 +221,7 @@ impl Levels {
         };
         let (f, losses, register) = (&self.formulas, &self.losses, self.register);
         let (step, edge, planes) = (own.step, own.edge, &own.planes);
+        let split = around.finer.map_or(own.base, |finer| finer.base);
         let top = planes.len() - 1;
         let height = self.setup.heights[top];
         let work = |(tile, shown): (&mut Tile, &Shown)| {
@@ -184,15 +233,17 @@ impl Levels {
                 formulas: f,
                 across: (step / (edge * edge)) as f32,
                 planes,
-                floor: held.unwrap_or(0.0),
                 area: edge * edge,
                 own: shown,
-                sides: [0, 1, 2, 3].map(|s| around.side(at, s)),
+                sides: around.sides(at, shown.base < split),
+                split,
+                under: around.under(at, tile.base),
+                over: around.over(at),
                 first,
                 tile: &mut *tile,
             });
-            if !losses.none {
-                let cells = top * PLANE..(top + 1) * PLANE;
+            if !losses.none && tile.planes().end == planes.len() {
+                let cells = (top - tile.base) * PLANE..(top - tile.base + 1) * PLANE;
                 let enthalpy = &mut tile.enthalpy[cells.clone()];
                 let own = [enthalpy, &mut tile.density[cells]];
                 let sizes = [step, height, edge * edge];
@@ -204,8 +255,8 @@ impl Levels {
         } else {
             own.tiles.iter_mut().zip(around.shown).for_each(work);
         }
-        let awake = around.shown.iter().filter(|s| !s.asleep).count();
-        self.updates += (awake * PLANE * planes.len()) as u64;
+        let awake = around.shown.iter().filter(|s| !s.asleep);
+        self.updates += awake.map(|s| s.theta.len() as u64).sum::<u64>();
     }
 
     /// What the tiles of a level show from now on.
@@ -222,7 +273,12 @@ impl Levels {
                 tile: &mut *tile,
                 shown,
             });
-            tile.follow(liquidus, step, now);
+            register.run(Follow {
+                tile,
+                liquidus,
+                passed: step,
+                now,
+            });
         };
         if own.tiles.len() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
             own.tiles.par_iter_mut().zip(&mut own.shown).for_each(work);
@@ -241,7 +297,6 @@ impl Levels {
         }
         let joules = spot.power * dt;
         let along = spot.depth_shares(&self.setup.heights, &self.depths);
-        let deep: f64 = along.iter().sum();
         let origin = self.matter.frame.origin;
         let mut arrived = 0.0;
         for (n, level) in self.levels.iter_mut().enumerate() {
@@ -266,17 +321,20 @@ impl Levels {
                     if index == NOWHERE {
                         continue;
                     }
+                    let tile = &mut level.tiles[index as usize];
+                    let planes = tile.planes();
+                    let deep: f64 = along[planes.clone()].iter().sum();
                     arrived += joules * deep * of_row * sx.iter().sum::<f64>();
                     let deposit = Deposit {
                         shares: [sx, &sy],
-                        along: &along,
+                        along: &along[planes.clone()],
                         per_area: joules / (level.edge * level.edge),
-                        heights: &self.setup.heights,
+                        heights: &self.setup.heights[planes],
                     };
                     self.register.run(Laid {
                         deposit: &deposit,
                         formulas: &self.formulas,
-                        tile: &mut level.tiles[index as usize],
+                        tile,
                     });
                 }
             }

@@ -1,5 +1,7 @@
 //! A tile: a square of columns of cells on one level, and the loops over its cells.
 
+use std::ops::Range;
+
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
@@ -37,6 +39,8 @@ pub(crate) struct Froze {
 pub(crate) struct Tile {
     /// Column and row of the tile on its level.
     pub(crate) at: [usize; 2],
+    /// Its lowest plane, counted from the bottom of all.
+    pub(crate) base: usize,
     pub(crate) enthalpy: Vec<f32>,
     pub(crate) density: Vec<f32>,
     /// Enthalpies at which powder grew as dense as it is, see [`Cells::warm`].
@@ -46,9 +50,13 @@ pub(crate) struct Tile {
     pub(crate) froze: Froze,
     /// Heat given to coarser cells beside during their step, J/mm³ of these cells; empty where none lie there.
     pub(crate) out: [Vec<f32>; 4],
-    /// Largest enthalpy above the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm; of the last look.
+    /// Heat given to the trunk below during its step, J/mm³ of the cells of the lowest plane; empty where none lies there.
+    pub(crate) down: Vec<f32>,
+    /// Largest enthalpy above the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm, in all planes and in those
+    /// that the next finer level has too; of the last look.
     pub(crate) warmth: f32,
     pub(crate) bend: f32,
+    pub(crate) bend_high: f32,
     /// What was radiated, evaporated and conducted out since the last count.
     pub(crate) lost: Ledger,
 }
@@ -56,6 +64,8 @@ pub(crate) struct Tile {
 /// What others see of a tile during a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Shown {
+    /// Its lowest plane, counted from the bottom of all.
+    pub(crate) base: usize,
     /// `θ`, W/mm.
     pub(crate) theta: Vec<f32>,
     /// Share of the dense conductivity; one where the plane is dense.
@@ -67,25 +77,44 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    pub(crate) fn new(planes: usize) -> Self {
+    pub(crate) fn new(planes: Range<usize>) -> Self {
+        let count = planes.len();
         Shown {
-            theta: vec![0.0; planes * PLANE],
-            share: vec![1.0; planes * PLANE],
-            dense: vec![false; planes],
+            base: planes.start,
+            theta: vec![0.0; count * PLANE],
+            share: vec![1.0; count * PLANE],
+            dense: vec![false; count],
             asleep: false,
         }
+    }
+
+    /// `θ` of a plane, counted from the bottom of all.
+    pub(crate) fn theta(&self, plane: usize) -> &[f32] {
+        &self.theta[(plane - self.base) * PLANE..][..PLANE]
+    }
+
+    /// Shares of the dense conductivity of a plane.
+    pub(crate) fn share(&self, plane: usize) -> &[f32] {
+        &self.share[(plane - self.base) * PLANE..][..PLANE]
+    }
+
+    /// Whether a plane holds no powder.
+    pub(crate) fn dense(&self, plane: usize) -> bool {
+        self.dense[plane - self.base]
     }
 }
 
 impl Tile {
     /// A tile of dense cells at the start temperature, of whose `tracked` highest planes the highest enthalpies are kept.
-    pub(crate) fn new(at: [usize; 2], planes: usize, tracked: usize) -> Self {
-        let followed = FOLLOWED.min(planes) * PLANE;
+    pub(crate) fn new(at: [usize; 2], planes: Range<usize>, tracked: usize) -> Self {
+        let followed = FOLLOWED.min(tracked) * PLANE;
+        let count = planes.len();
         Tile {
             at,
-            enthalpy: vec![0.0; planes * PLANE],
-            density: vec![1.0; planes * PLANE],
-            settled: vec![0.0; planes * PLANE],
+            base: planes.start,
+            enthalpy: vec![0.0; count * PLANE],
+            density: vec![1.0; count * PLANE],
+            settled: vec![0.0; count * PLANE],
             peak: vec![0.0; tracked * PLANE],
             froze: Froze {
                 before: vec![0.0; followed],
@@ -94,10 +123,33 @@ impl Tile {
                 rate: vec![f32::NAN; followed],
             },
             out: Default::default(),
+            down: Vec::new(),
             warmth: 0.0,
             bend: 0.0,
+            bend_high: 0.0,
             lost: Ledger::default(),
         }
+    }
+
+    /// Its planes, counted from the bottom of all.
+    pub(crate) fn planes(&self) -> Range<usize> {
+        self.base..self.base + self.enthalpy.len() / PLANE
+    }
+
+    /// Its planes below `plane`: what lies under the finer tiles that take the place of the others.
+    pub(crate) fn trunk(mut self, plane: usize) -> Self {
+        let cells = (plane - self.base) * PLANE;
+        for values in [&mut self.enthalpy, &mut self.density, &mut self.settled] {
+            values.truncate(cells);
+        }
+        self.peak.clear();
+        self.froze = Froze {
+            before: Vec::new(),
+            above: Vec::new(),
+            fell: Vec::new(),
+            rate: Vec::new(),
+        };
+        self
     }
 
     /// Highest enthalpies and freezing begin anew from the present state.
@@ -223,38 +275,56 @@ impl CellLoop for Refresh<'_> {
 pub(crate) struct Look<'a> {
     pub(crate) tile: &'a mut Tile,
     pub(crate) shown: &'a Shown,
+    /// The lowest plane of the next finer level, counted from the bottom of all.
+    pub(crate) split: usize,
 }
 
 impl CellLoop for Look<'_> {
     #[inline(always)]
     fn run(self) {
-        let (mut warmth, mut bends) = ([0.0_f32; N], [0.0_f32; N]);
-        for row in self.tile.enthalpy.chunks_exact(N) {
+        let mut warmth = [0.0_f32; N];
+        for row in self.tile.enthalpy.as_chunks::<N>().0 {
             for i in 0..N {
                 let w = row[i];
                 warmth[i] = if w > warmth[i] { w } else { warmth[i] };
             }
         }
-        for plane in self.shown.theta.chunks_exact(PLANE) {
-            for j in 1..N - 1 {
-                let (t, south, north) = (
-                    &plane[j * N..][..N],
-                    &plane[(j - 1) * N..][..N],
-                    &plane[(j + 1) * N..][..N],
-                );
-                for i in 0..N {
-                    let bend = (south[i] - t[i] + (north[i] - t[i])).abs();
-                    bends[i] = if bend > bends[i] { bend } else { bends[i] };
-                }
-                for i in 1..N - 1 {
-                    let bend = (t[i - 1] - t[i] + (t[i + 1] - t[i])).abs();
-                    bends[i] = if bend > bends[i] { bend } else { bends[i] };
-                }
+        let (mut deep, mut high) = (0.0_f32, 0.0_f32);
+        for (k, plane) in self.shown.theta.as_chunks::<PLANE>().0.iter().enumerate() {
+            let bend = bend(plane);
+            if self.shown.base + k < self.split {
+                deep = deep.max(bend);
+            } else {
+                high = high.max(bend);
             }
         }
         self.tile.warmth = warmth.iter().copied().fold(0.0, f32::max);
-        self.tile.bend = bends.iter().copied().fold(0.0, f32::max);
+        self.tile.bend_high = high;
+        self.tile.bend = deep.max(high);
     }
+}
+
+/// How strongly `θ` bends from cell to cell in a plane; rows and columns at its rim along themselves are left out.
+#[inline(always)]
+fn bend(plane: &[f32; PLANE]) -> f32 {
+    let rows = plane.as_chunks::<N>().0;
+    let mut largest = [0.0_f32; N];
+    for j in 1..N - 1 {
+        let (south, t, north) = (&rows[j - 1], &rows[j], &rows[j + 1]);
+        // the row moved by one cell each way, its ends standing for what lies beyond: nothing bends there
+        let (mut west, mut east) = ([0.0; N], [0.0; N]);
+        west[1..].copy_from_slice(&t[..N - 1]);
+        east[..N - 1].copy_from_slice(&t[1..]);
+        (west[0], east[0]) = (t[0], t[0]);
+        (west[N - 1], east[N - 1]) = (t[N - 1], t[N - 1]);
+        for i in 0..N {
+            let upright = (south[i] - t[i] + (north[i] - t[i])).abs();
+            let flat = (west[i] - t[i] + (east[i] - t[i])).abs();
+            let bend = if upright > flat { upright } else { flat };
+            largest[i] = if bend > largest[i] { bend } else { largest[i] };
+        }
+    }
+    largest.iter().copied().fold(0.0, f32::max)
 }
 
 /// What freezing is told by: `g` at the liquidus, heat capacity just above it, J/(mm³·K).
@@ -264,15 +334,29 @@ pub(crate) struct Liquidus {
     pub(crate) capacity: f32,
 }
 
-impl Tile {
-    /// Follows what froze since the last look, `passed` seconds before `now`.
-    pub(crate) fn follow(&mut self, liquidus: Liquidus, passed: f64, now: f64) {
+/// Follows what froze since the last look.
+pub(crate) struct Follow<'a> {
+    pub(crate) tile: &'a mut Tile,
+    pub(crate) liquidus: Liquidus,
+    /// Since the last look, s.
+    pub(crate) passed: f64,
+    pub(crate) now: f64,
+}
+
+impl CellLoop for Follow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Follow {
+            tile,
+            liquidus,
+            passed,
+            now,
+        } = self;
         let line = liquidus.enthalpy;
-        let first = self.enthalpy.len() - self.froze.before.len();
-        let froze = &mut self.froze;
-        let rows = self.enthalpy[first..]
-            .chunks_exact(N)
-            .zip(froze.before.chunks_exact_mut(N));
+        let first = tile.enthalpy.len() - tile.froze.before.len();
+        let froze = &mut tile.froze;
+        let rows = tile.enthalpy[first..].as_chunks::<N>().0.iter();
+        let rows = rows.zip(froze.before.as_chunks_mut::<N>().0);
         for (row, (g, before)) in rows.enumerate() {
             let mut hot = 0_u32;
             for i in 0..N {
@@ -302,7 +386,7 @@ impl Tile {
                     }
                 }
             }
-            before.copy_from_slice(g);
+            *before = *g;
         }
     }
 }

@@ -83,6 +83,12 @@ impl Tree {
     }
 }
 
+/// Places of the four parts of a tile, row by row.
+pub(crate) fn parts(at: [usize; 2]) -> [[usize; 2]; 4] {
+    let [x, y] = at.map(|t| 2 * t);
+    [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -103,16 +103,15 @@ impl<R: Real> Losses<R> {
             return;
         };
         let (mut evaporated, mut vapour) = (0.0, [0.0; Evaporation::MOST]);
-        for (g, r) in enthalpy.iter_mut().zip(density) {
-            if g.wide() > steam.first {
-                let (heat, per_joule) = steam.over(g.wide(), dt / height);
-                evaporated += heat;
-                for (sum, mass) in vapour.iter_mut().zip(per_joule) {
-                    *sum += heat * mass;
-                }
-                (*g, *r) = warm(f, *g, *r, R::of(-heat));
-            }
-        }
+        level.run(Evaporate {
+            steam,
+            formulas: f,
+            share: dt / height,
+            enthalpy,
+            density,
+            evaporated: &mut evaporated,
+            vapour: &mut vapour,
+        });
         ledger.evaporated += evaporated * volume;
         for (sum, mass) in ledger.vapour.iter_mut().zip(vapour) {
             *sum += mass * volume;
@@ -141,6 +140,7 @@ impl Steam {
 
     /// Heat carried away, J/mm³, with `share = dt/height`, and the mass of each component that leaves with a joule, kg; implicit, so
     /// that a step never overshoots.
+    #[inline(always)]
     fn over(&self, g: f64, share: f64) -> (f64, &[f64; Evaporation::MOST]) {
         let place = ((g - self.first) * self.per_entry).clamp(0.0, ENTRIES as f64 - 1e-9);
         let i = place as usize;
@@ -152,6 +152,42 @@ impl Steam {
 }
 
 const LANES: usize = 64;
+
+struct Evaporate<'a, R> {
+    steam: &'a Steam,
+    formulas: &'a Formulas<R>,
+    share: f64,
+    enthalpy: &'a mut [R],
+    density: &'a mut [R],
+    evaporated: &'a mut f64,
+    vapour: &'a mut [f64; Evaporation::MOST],
+}
+
+impl<R: Real> CellLoop for Evaporate<'_, R> {
+    #[inline(always)]
+    fn run(self) {
+        let first = R::of(self.steam.first);
+        let groups = self.enthalpy.chunks_mut(LANES);
+        for (g, r) in groups.zip(self.density.chunks_mut(LANES)) {
+            // most cells are cold
+            if g.iter().fold(0_u32, |any, g| any | u32::from(*g > first)) == 0 {
+                continue;
+            }
+            for (g, r) in g.iter_mut().zip(r).filter(|(g, _)| **g > first) {
+                let (heat, per_joule) = self.steam.over(g.wide(), self.share);
+                *self.evaporated += heat;
+                for (sum, mass) in self.vapour.iter_mut().zip(per_joule) {
+                    *sum += heat * mass;
+                }
+                if *r < R::ONE {
+                    (*g, *r) = warm(self.formulas, *g, *r, R::of(-heat));
+                } else {
+                    *g += R::of(-heat);
+                }
+            }
+        }
+    }
+}
 
 struct Radiate<'a, R> {
     losses: &'a Losses<R>,
@@ -169,45 +205,64 @@ impl<R: Real> CellLoop for Radiate<'_, R> {
         let [dense, powder] = self.losses.emissivity.map(|e| e * self.share);
         // sums by lane, in a fixed order
         let mut sums = [0.0_f64; LANES];
-        for (g, r) in self
-            .enthalpy
-            .chunks_mut(LANES)
-            .zip(self.density.chunks_mut(LANES))
-        {
-            let mut heat = [R::ZERO; LANES];
-            let n = g.len().min(r.len()).min(LANES);
-            let (g, r) = (&mut g[..n], &mut r[..n]);
-            let powdery = r.iter().fold(0_u32, |any, r| any | u32::from(*r < R::ONE));
-            let mut all = [R::ZERO; LANES];
-            all[..n].copy_from_slice(g);
-            black.of_all(&all, &mut heat);
-            heat[n..].fill(R::ZERO);
-            if powdery == 0 {
-                for lane in 0..n {
-                    heat[lane] = dense * heat[lane];
-                    g[lane] += -heat[lane];
-                }
-            } else {
-                let mut gains = 0_u32;
-                for lane in 0..n {
-                    heat[lane] = heat[lane] * if r[lane] < R::ONE { powder } else { dense };
-                    gains |= u32::from(heat[lane] < R::ZERO);
-                }
-                // what cools grows no denser
-                if gains == 0 {
-                    for lane in 0..n {
-                        g[lane] += -(heat[lane] / r[lane]);
-                    }
-                } else {
-                    for lane in 0..n {
-                        (g[lane], r[lane]) = warm(&f, g[lane], r[lane], -heat[lane]);
-                    }
-                }
-            }
-            for (sum, heat) in sums.iter_mut().zip(&heat) {
-                *sum += heat.wide();
+        let (groups, rest) = self.enthalpy.as_chunks_mut::<LANES>();
+        let (of_density, density_rest) = self.density.as_chunks_mut::<LANES>();
+        for (g, r) in groups.iter_mut().zip(of_density) {
+            radiate(&black, &f, [dense, powder], g, r, &mut sums);
+        }
+        if !rest.is_empty() {
+            // at the start temperature nothing radiates that would be counted: what is left of the group is no cell
+            let (mut g, mut r) = ([R::ZERO; LANES], [R::ONE; LANES]);
+            g[..rest.len()].copy_from_slice(rest);
+            r[..rest.len()].copy_from_slice(density_rest);
+            let mut of_rest = [0.0; LANES];
+            radiate(&black, &f, [dense, powder], &mut g, &mut r, &mut of_rest);
+            rest.copy_from_slice(&g[..rest.len()]);
+            density_rest.copy_from_slice(&r[..rest.len()]);
+            for (sum, heat) in sums.iter_mut().zip(&of_rest[..rest.len()]) {
+                *sum += heat;
             }
         }
         *self.radiated = sums.iter().sum();
+    }
+}
+
+/// What a group of cells radiates, with shares of the black surface's for metal and powder; added to the sums by lane.
+#[inline(always)]
+fn radiate<R: Real>(
+    black: &Piecewise<R>,
+    f: &Formulas<R>,
+    [dense, powder]: [R; 2],
+    g: &mut [R; LANES],
+    r: &mut [R; LANES],
+    sums: &mut [f64; LANES],
+) {
+    let mut heat = [R::ZERO; LANES];
+    let powdery = r.iter().fold(0_u32, |any, r| any | u32::from(*r < R::ONE));
+    black.of_all(g, &mut heat);
+    if powdery == 0 {
+        for lane in 0..LANES {
+            heat[lane] = dense * heat[lane];
+            g[lane] += -heat[lane];
+        }
+    } else {
+        let mut gains = 0_u32;
+        for lane in 0..LANES {
+            heat[lane] = heat[lane] * if r[lane] < R::ONE { powder } else { dense };
+            gains |= u32::from(heat[lane] < R::ZERO);
+        }
+        // what cools grows no denser
+        if gains == 0 {
+            for lane in 0..LANES {
+                g[lane] += -(heat[lane] / r[lane]);
+            }
+        } else {
+            for lane in 0..LANES {
+                (g[lane], r[lane]) = warm(f, g[lane], r[lane], -heat[lane]);
+            }
+        }
+    }
+    for (sum, heat) in sums.iter_mut().zip(&heat) {
+        *sum += heat.wide();
     }
 }
