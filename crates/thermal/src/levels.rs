@@ -30,7 +30,6 @@ use crate::solver::ledger::Ledger;
 use crate::solver::surface::{Losses, Surface};
 use crate::solver::watch::{Freezing, Watched};
 use crate::solver::{Face, State};
-use conduct::PlaneStep;
 use tile::{FOLLOWED, Liquidus, N, PLANE, Shown, Tile};
 use tree::Tree;
 
@@ -158,13 +157,10 @@ meltpath_base::passes_on! {
 struct Level {
     /// Edge of a cell, mm.
     edge: f64,
-    /// Step, s.
-    step: f64,
-    /// Steps in one of the next coarser level.
-    parts: usize,
+    /// Of slow tiles and of quick ones.
+    rates: [pace::Rate; 2],
     /// The lowest plane of its cells.
     base: usize,
-    planes: Vec<PlaneStep>,
     tiles: Vec<Tile>,
     shown: Vec<Shown>,
     /// Where in `tiles` a tile is, by its place; [`NOWHERE`] where it is not on this level.
@@ -402,10 +398,8 @@ fn levels(setup: &Setup, tree: &Tree) -> Vec<Level> {
             let [nx, ny] = tree.size(level);
             Level {
                 edge: setup.cell * f64::from(1_u32 << (setup.coarser - level)),
-                step: 0.0,
-                parts: 1,
+                rates: Default::default(),
                 base: bases[level],
-                planes: Vec::new(),
                 tiles: Vec::new(),
                 shown: Vec::new(),
                 index: vec![NOWHERE; nx * ny],

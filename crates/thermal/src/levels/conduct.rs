@@ -17,6 +17,10 @@ pub(crate) enum Side<'a> {
     Held(f32),
     /// A tile of the same level.
     Same(&'a Shown),
+    /// One that takes longer steps.
+    Slower(&'a Shown),
+    /// One that takes shorter steps: what it gave during this one is in the inbox.
+    Quicker,
     /// A tile of the next coarser level, of which the lower or the upper half.
     Coarser(&'a Shown, usize),
     /// What two finer tiles gave during this step.
@@ -61,8 +65,8 @@ pub(crate) struct Conduct<'a> {
     pub(crate) under: Under<'a>,
     /// What the four finer tiles on a trunk gave it during this step.
     pub(crate) over: [Option<&'a [f32]>; 4],
-    /// Whether the coarser level begins a step with this one.
-    pub(crate) first: bool,
+    /// Whether what lies beside, coarser or slower, and the trunk below begin a step with this one.
+    pub(crate) first: ([bool; 4], bool),
 }
 
 impl CellLoop for Conduct<'_> {
@@ -159,7 +163,7 @@ fn pad_theta(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usi
     fill(padded, own.theta(k));
     for (s, side) in sides.iter().enumerate() {
         let values = match side {
-            Side::Closed | Side::Finer(_) => inside(padded, s, 1),
+            Side::Closed | Side::Quicker | Side::Finer(_) => inside(padded, s, 1),
             Side::Held(theta) => {
                 let mut values = inside(padded, s, 1);
                 for v in &mut values {
@@ -167,7 +171,7 @@ fn pad_theta(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usi
                 }
                 values
             }
-            Side::Same(shown) => along(shown.theta(k), s ^ 1),
+            Side::Same(shown) | Side::Slower(shown) => along(shown.theta(k), s ^ 1),
             Side::Coarser(shown, half) => {
                 let there = between(&along(shown.theta(k), s ^ 1), *half);
                 let (mut values, second) = (inside(padded, s, 1), inside(padded, s, 2));
@@ -188,8 +192,8 @@ fn pad_share(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usi
     fill(padded, own.share(k));
     for (s, side) in sides.iter().enumerate() {
         let values = match side {
-            Side::Closed | Side::Finer(_) | Side::Held(_) => inside(padded, s, 1),
-            Side::Same(shown) => along(shown.share(k), s ^ 1),
+            Side::Closed | Side::Quicker | Side::Finer(_) | Side::Held(_) => inside(padded, s, 1),
+            Side::Same(shown) | Side::Slower(shown) => along(shown.share(k), s ^ 1),
             Side::Coarser(shown, half) => {
                 let there = along(shown.share(k), s ^ 1);
                 let mut values = [0.0; N];
@@ -300,7 +304,7 @@ fn conduct(step: Conduct) {
         let sides = &sides[usize::from(k >= split)];
         pad_theta(&mut theta, own, sides, k);
         let beside = |side: &Side| match side {
-            Side::Same(shown) | Side::Coarser(shown, _) => shown.dense(k),
+            Side::Same(shown) | Side::Slower(shown) | Side::Coarser(shown, _) => shown.dense(k),
             _ => true,
         };
         let below_dense = if lowest {
@@ -340,7 +344,7 @@ fn conduct(step: Conduct) {
             conduct_powder(formulas, &around, &mut cells);
         }
         if lowest {
-            let sum = downwards(&plane, own, &beneath, &mut tile.down, first);
+            let sum = downwards(&plane, own, &beneath, &mut tile.down, first.1);
             if matches!(under, Under::Held(_)) {
                 left += sum * area * f64::from(plane.height);
             }
@@ -349,12 +353,13 @@ fn conduct(step: Conduct) {
             across,
             theta: &theta,
             share: (!dense).then_some(&share),
-            first,
+            first: first.0,
             row: (k - base) * N,
             finer: k.saturating_sub(split) * N,
         };
         let (g, r) = (cells.enthalpy, cells.density);
-        left += exchange(&edge, sides, &mut tile.out, g, r) * area * f64::from(plane.height);
+        let boxes = (&mut tile.out, &tile.inbox);
+        left += exchange(&edge, sides, boxes, g, r) * area * f64::from(plane.height);
         if k + 1 == end && end < planes.len() {
             take_from_above(over, planes[end].height / plane.height, g, r);
         }
@@ -407,7 +412,7 @@ struct Edge<'a> {
     theta: &'a [f32; GHOSTED],
     /// Shares of the conductivity where not all are one.
     share: Option<&'a [f32; GHOSTED]>,
-    first: bool,
+    first: [bool; 4],
     /// Where the row's cells begin in what the tile gives to coarser ones, and in what finer ones gave.
     row: usize,
     finer: usize,
@@ -419,14 +424,14 @@ struct Edge<'a> {
 fn exchange(
     edge: &Edge,
     sides: &[Side; 4],
-    out: &mut [Vec<f32>; 4],
+    (out, inbox): (&mut [Vec<f32>; 4], &[Vec<f32>; 4]),
     g: &mut [f32],
     r: &[f32],
 ) -> f64 {
     let mut left = 0.0_f64;
     for (s, side) in sides.iter().enumerate() {
         match side {
-            Side::Coarser(..) | Side::Held(_) => {
+            Side::Coarser(..) | Side::Slower(_) | Side::Held(_) => {
                 let (inner, ghost) = (inside(edge.theta, s, 1), inside(edge.theta, s, 0));
                 let mut shares = [1.0; N];
                 if let Some(share) = edge.share {
@@ -440,7 +445,7 @@ fn exchange(
                     let heat = edge.across * shares[n] * (inner[n] - ghost[n]);
                     sum += f64::from(heat);
                     if let Some(out) = out[s].get_mut(edge.row + n) {
-                        *out = if edge.first { heat } else { *out + heat };
+                        *out = if edge.first[s] { heat } else { *out + heat };
                     }
                 }
                 if matches!(side, Side::Held(_)) {
@@ -454,12 +459,13 @@ fn exchange(
                     };
                     let from = edge.finer + 2 * (n % (N / 2));
                     let heat = 0.25 * (gave[from] + gave[from + 1]);
-                    let cell = match s {
-                        0 => n * N,
-                        1 => n * N + N - 1,
-                        2 => n,
-                        _ => (N - 1) * N + n,
-                    };
+                    let cell = rim(s, n);
+                    g[cell] += heat / r[cell];
+                }
+            }
+            Side::Quicker => {
+                for (n, heat) in inbox[s].iter().skip(edge.row).take(N).enumerate() {
+                    let cell = rim(s, n);
                     g[cell] += heat / r[cell];
                 }
             }
@@ -467,6 +473,17 @@ fn exchange(
         }
     }
     left
+}
+
+/// The cell of a plane that is the `n`th along a side.
+#[inline(always)]
+fn rim(side: usize, n: usize) -> usize {
+    match side {
+        0 => n * N,
+        1 => n * N + N - 1,
+        2 => n,
+        _ => (N - 1) * N + n,
+    }
 }
 
 #[inline(always)]

@@ -34,6 +34,7 @@ impl Levels {
             self.levels[0].shown.push(shown);
             self.levels[0].index[n] = n as u32;
         }
+        self.make_boxes();
     }
 
     /// Mean relative density, as it was written down, of cell `c` of plane `k` of a tile.
@@ -160,12 +161,16 @@ impl Levels {
             self.place(&tree, &mut pool, 0, [n % nx, n / nx]);
         }
         self.tree = tree;
+        self.make_boxes();
+    }
+
+    /// Empty boxes for what tiles give to coarser or slower ones.
+    fn make_boxes(&mut self) {
         for n in 0..self.levels.len() {
             for tile in &mut self.levels[n].tiles {
                 for (s, way) in SIDES.iter().enumerate() {
                     let beside = self.tree.beside(n, tile.at, *way);
-                    let coarser = beside.is_some_and(|there| !self.tree.is_there(n, there));
-                    let cells = if coarser { N * tile.planes().len() } else { 0 };
+                    let cells = beside.map_or(0, |_| N * tile.planes().len());
                     tile.out[s].clear();
                     tile.out[s].resize(cells, 0.0);
                 }
@@ -308,24 +313,29 @@ impl Levels {
     fn fall_asleep(&mut self, spots: &[Spot]) {
         let cold = self.curve.of(self.material.start + COLD) as f32;
         let origin = self.matter.frame.origin;
-        let mut asleep: Vec<Vec<bool>> = Vec::new();
-        for (n, level) in self.levels.iter().enumerate() {
+        for level in &mut self.levels {
             let edge = level.edge * N as f64;
-            let quiet = |tile: &Tile| {
-                let away = spots.iter().all(|s| {
-                    [0, 1].iter().any(|&a| {
+            for (tile, shown) in level.tiles.iter().zip(&mut level.shown) {
+                shown.lit = spots.iter().any(|s| {
+                    [0, 1].iter().all(|&a| {
                         let from = origin[a] + tile.at[a] as f64 * edge;
-                        s.centre[a] < from - s.reach() || s.centre[a] > from + edge + s.reach()
+                        s.centre[a] >= from - s.reach() && s.centre[a] <= from + edge + s.reach()
                     })
                 });
-                away && self.is_whole(tile)
+            }
+        }
+        let mut asleep: Vec<Vec<bool>> = Vec::new();
+        for (n, level) in self.levels.iter().enumerate() {
+            let quiet = |(tile, shown): (&Tile, &Shown)| {
+                !shown.lit
+                    && self.is_whole(tile)
                     && tile.warmth < cold
                     && self.warmth_below(n, tile) < cold
                     && SIDES
                         .iter()
                         .all(|way| self.warmth_beside(n, tile.at, *way) < cold)
             };
-            asleep.push(level.tiles.iter().map(quiet).collect());
+            asleep.push(level.tiles.iter().zip(&level.shown).map(quiet).collect());
         }
         for (level, asleep) in self.levels.iter_mut().zip(asleep) {
             for (shown, asleep) in level.shown.iter_mut().zip(asleep) {

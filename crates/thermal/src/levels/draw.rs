@@ -2,7 +2,6 @@
 
 use meltpath_base::Observer;
 
-use super::step::LONGEST;
 use super::tile::{N, PLANE};
 use super::{Levels, LevelsError};
 use crate::beam::{Beam, BeamPath};
@@ -43,8 +42,9 @@ impl Levels {
             observer.advance(stage - told);
             told = stage;
             let from = path.begin() + self.time;
-            self.cut(&coming(path, beam, from, LONGEST));
-            self.set_pace();
+            let ahead = self.ahead();
+            self.cut(&coming(path, beam, from, ahead));
+            self.set_pace(ahead);
             let mut heat = |levels: &mut Levels, dt: f64| {
                 let now = path.begin() + levels.time;
                 for (share, point) in path.stretches(now, now + dt) {
@@ -54,7 +54,7 @@ impl Levels {
                 }
                 Ok(())
             };
-            self.advance(0, true, &mut heat)?;
+            self.advance(0, 0, &mut heat)?;
             self.count();
             if self.time >= due - 1e-12 {
                 due +=

@@ -5,6 +5,7 @@ use meltpath_base::Observer;
 
 use super::cool::{Block, Laws};
 use super::matter::Frame;
+use super::pace::LONGEST;
 use super::tile::{N, PLANE};
 use super::tree::Tree;
 use super::{Levels, LevelsError, Matter, Setup};
@@ -181,8 +182,8 @@ impl Levels {
         while self.time - begun < time.min(FINE) && fine(&self) {
             observer.check()?;
             self.cut(&[]);
-            self.set_pace();
-            self.advance(0, true, &mut |_, _| Ok(()))?;
+            self.set_pace(LONGEST);
+            self.advance(0, 0, &mut |_, _| Ok(()))?;
             self.count();
         }
         self.write_down();

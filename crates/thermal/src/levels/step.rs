@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::conduct::{Conduct, PlaneStep, Side, Under};
-use super::tile::{Cells, Follow, N, PLANE, Refresh, SIDES, Shown, Tile};
+use super::pace::{CLASSES, Rate};
+use super::tile::{Cells, Class, Follow, N, PLANE, Refresh, SIDES, Shown, Tile};
 use super::tree::{Tree, parts};
 use super::{Level, Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
@@ -45,7 +46,11 @@ pub(super) fn planes(setup: &Setup, step: f64) -> Vec<PlaneStep> {
 struct Around<'a> {
     tree: &'a Tree,
     level: usize,
+    class: Class,
+    /// See [`Levels::advance`].
+    tick: u32,
     coarser: Option<&'a Level>,
+    rates: &'a [Rate; 2],
     index: &'a [u32],
     shown: &'a [Shown],
     finer: Option<&'a Level>,
@@ -90,7 +95,35 @@ impl<'a> Around<'a> {
             };
             return Side::Finer([gave(0), gave(1)]);
         }
-        awake(self.shown, self.index, self.place(level, there)).map_or(Side::Closed, Side::Same)
+        let shown = awake(self.shown, self.index, self.place(level, there));
+        match (self.class, shown) {
+            (_, None) => Side::Closed,
+            (Class::Quick, Some(shown)) if shown.class == Class::Slow => Side::Slower(shown),
+            (Class::Slow, Some(shown)) if shown.class == Class::Quick => Side::Quicker,
+            (_, Some(shown)) => Side::Same(shown),
+        }
+    }
+
+    /// Whether what takes this tile's heat only at the end of its own longer step begins one with this step: beside, and below.
+    fn first(&self, at: [usize; 2], base: usize) -> ([bool; 4], bool) {
+        let begins = |rate: &Rate| self.tick % rate.ticks == 0;
+        let of_coarser = |at: [usize; 2]| {
+            let coarser = self.coarser?;
+            let n = coarser.index[self.place(self.level - 1, at.map(|t| t / 2))];
+            let shown = coarser.shown.get(n as usize)?;
+            Some(begins(&coarser.rates[shown.class as usize]))
+        };
+        let beside = |s: usize| {
+            let there = self.tree.beside(self.level, at, SIDES[s]);
+            let coarser = there.filter(|there| !self.tree.is_there(self.level, *there));
+            let begins = match coarser {
+                Some(there) => of_coarser(there),
+                None => Some(begins(&self.rates[Class::Slow as usize])),
+            };
+            begins.unwrap_or(true)
+        };
+        let below = base > 0 && of_coarser(at).unwrap_or(true);
+        ([beside(0), beside(1), beside(2), beside(3)], below)
     }
 
     /// What lies beside a tile below the next finer level's lowest plane, where it goes so deep, and above.
@@ -131,6 +164,30 @@ impl<'a> Around<'a> {
     }
 }
 
+/// Slow tiles get what quick ones beside gave them, and give the boxes back when called again.
+fn exchange_boxes(tree: &Tree, level: usize, own: &mut Level) {
+    let width = tree.size(level)[0];
+    for a in 0..own.tiles.len() {
+        if own.shown[a].class != Class::Slow || own.shown[a].asleep {
+            continue;
+        }
+        for (s, way) in SIDES.iter().enumerate() {
+            let Some([x, y]) = tree.beside(level, own.tiles[a].at, *way) else {
+                continue;
+            };
+            let b = own.index[y * width + x] as usize;
+            let Some(shown) = own.shown.get(b) else {
+                continue;
+            };
+            if shown.class == Class::Quick && !shown.asleep {
+                let given = std::mem::take(&mut own.tiles[b].out[s ^ 1]);
+                let was = std::mem::replace(&mut own.tiles[a].inbox[s], given);
+                own.tiles[b].out[s ^ 1] = was;
+            }
+        }
+    }
+}
+
 /// What a tile shows, if it is there and awake.
 fn awake<'a>(shown: &'a [Shown], index: &[u32], place: usize) -> Option<&'a Shown> {
     shown.get(index[place] as usize).filter(|s| !s.asleep)
@@ -141,67 +198,43 @@ fn given(heat: &[f32]) -> Option<&[f32]> {
     (!heat.is_empty()).then_some(heat)
 }
 
-/// No step of the coarsest level is longer, s: so far ahead the beam is looked for.
-pub(super) const LONGEST: f64 = 3e-4;
-
 impl Levels {
-    /// Sets the steps of all levels: the finest as long as is stable and asked for, the others a power of two longer.
-    pub(super) fn set_pace(&mut self) {
-        let finest = self.setup.coarser;
-        let heights = self.setup.heights.iter().copied();
-        let height = heights.fold(f64::INFINITY, f64::min);
-        let mut stable = Vec::new();
-        for (n, level) in self.levels.iter().enumerate() {
-            let warmth = level.tiles.iter().map(|t| t.warmth).fold(0.0, f32::max);
-            let mut kelvin = self.curve.temperature(f64::from(warmth));
-            if n == finest {
-                self.pace.hottest = self.pace.hottest.max(kelvin);
-                kelvin = self.pace.hottest;
-            }
-            let limit = self.pace.stable(kelvin, level.edge, height);
-            stable.push(limit.min(LONGEST));
-        }
-        let step = self.setup.step.min(stable[finest]);
-        self.pace.longest = self.pace.longest.max(step);
-        let mut count = 1_u32;
-        for n in (0..=finest).rev() {
-            let before = count;
-            while n < finest && step * f64::from(2 * count) <= stable[n] && count < 4 * before {
-                count *= 2;
-            }
-            let level = &mut self.levels[n];
-            level.step = step * f64::from(count);
-            level.planes = planes(&self.setup, level.step);
-            if n < finest {
-                self.levels[n + 1].parts = (count / before) as usize;
-            }
-        }
-    }
-
-    /// One step of `level`, with the steps of all finer ones that it holds; `first` of its parts in a step of the coarser one.
+    /// One step of a stage, with the steps of all shorter ones that it holds; `tick` of the shortest steps have gone since all levels
+    /// were at the same time.
+    ///
+    /// Each level has two stages, slow tiles before quick ones; those of the coarsest come first.
     pub(super) fn advance(
         &mut self,
-        level: usize,
-        first: bool,
+        stage: usize,
+        tick: u32,
         heat: &mut dyn FnMut(&mut Levels, f64) -> Result<(), LevelsError>,
     ) -> Result<(), LevelsError> {
-        let finest = self.setup.coarser;
-        if level < finest {
-            for part in 0..self.levels[level + 1].parts {
-                self.advance(level + 1, part == 0, heat)?;
+        let rate = |levels: &Levels, stage: usize| {
+            let level = levels.levels.get(stage / 2)?;
+            let rate = &level.rates[stage % 2];
+            Some((rate.ticks, rate.step))
+        };
+        let Some((ticks, step)) = rate(self, stage) else {
+            return Ok(());
+        };
+        let shorter = rate(self, stage + 1);
+        if let Some((parts, _)) = shorter {
+            for part in (0..ticks).step_by(parts as usize) {
+                self.advance(stage + 1, tick + part, heat)?;
             }
         }
-        self.conduct(level, first);
-        if level == finest {
-            heat(self, self.levels[finest].step)?;
-            self.time += self.levels[finest].step;
+        self.conduct(stage, tick);
+        if shorter.is_none() {
+            heat(self, step)?;
+            self.time += step;
         }
-        self.refresh(level);
+        self.refresh(stage);
         Ok(())
     }
 
-    /// Conduction and what the build plane loses, in all tiles of a level.
-    fn conduct(&mut self, level: usize, first: bool) {
+    /// Conduction and what the build plane loses, in the tiles of a stage.
+    fn conduct(&mut self, stage: usize, tick: u32) {
+        let (level, class) = (stage / 2, CLASSES[stage % 2]);
         let held = match self.setup.beyond {
             Face::Insulated => None,
             Face::Imposed(kelvin) => Some(self.curve.kirchhoff_at(kelvin) as f32),
@@ -210,22 +243,29 @@ impl Levels {
         let Some((own, finer)) = rest.split_first_mut() else {
             return;
         };
+        if class == Class::Slow {
+            exchange_boxes(&self.tree, level, own);
+        }
         let around = Around {
             tree: &self.tree,
             level,
+            class,
+            tick,
             coarser: coarser.last(),
+            rates: &own.rates,
             index: &own.index,
             shown: &own.shown,
             finer: finer.first(),
             held,
         };
         let (f, losses, register) = (&self.formulas, &self.losses, self.register);
-        let (step, edge, planes) = (own.step, own.edge, &own.planes);
+        let Rate { step, planes, .. } = &own.rates[stage % 2];
+        let (step, edge) = (*step, own.edge);
         let split = around.finer.map_or(own.base, |finer| finer.base);
         let top = planes.len() - 1;
         let height = self.setup.heights[top];
         let work = |(tile, shown): (&mut Tile, &Shown)| {
-            if shown.asleep {
+            if shown.asleep || shown.class != class {
                 return;
             }
             let at = tile.at;
@@ -239,7 +279,7 @@ impl Levels {
                 split,
                 under: around.under(at, tile.base),
                 over: around.over(at),
-                first,
+                first: around.first(at, tile.base),
                 tile: &mut *tile,
             });
             if !losses.none && tile.planes().end == planes.len() {
@@ -250,22 +290,31 @@ impl Levels {
                 losses.take(f, register, sizes, own, &mut tile.lost);
             }
         };
-        if around.shown.len() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
+        let awake = || {
+            around
+                .shown
+                .iter()
+                .filter(|s| !s.asleep && s.class == class)
+        };
+        if awake().count() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
             own.tiles.par_iter_mut().zip(around.shown).for_each(work);
         } else {
             own.tiles.iter_mut().zip(around.shown).for_each(work);
         }
-        let awake = around.shown.iter().filter(|s| !s.asleep);
-        self.updates += awake.map(|s| s.theta.len() as u64).sum::<u64>();
+        self.updates += awake().map(|s| s.theta.len() as u64).sum::<u64>();
+        if class == Class::Slow {
+            exchange_boxes(&self.tree, level, own);
+        }
     }
 
-    /// What the tiles of a level show from now on.
-    fn refresh(&mut self, level: usize) {
-        let own = &mut self.levels[level];
+    /// What the tiles of a stage show from now on.
+    fn refresh(&mut self, stage: usize) {
+        let class = CLASSES[stage % 2];
+        let own = &mut self.levels[stage / 2];
         let (f, register, liquidus) = (&self.formulas, self.register, self.liquidus);
-        let (step, now) = (own.step, self.time);
+        let (step, now) = (own.rates[stage % 2].step, self.time);
         let work = |(tile, shown): (&mut Tile, &mut Shown)| {
-            if shown.asleep {
+            if shown.asleep || shown.class != class {
                 return;
             }
             register.run(Refresh {
@@ -280,7 +329,8 @@ impl Levels {
                 now,
             });
         };
-        if own.tiles.len() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
+        let awake = own.shown.iter().filter(|s| !s.asleep && s.class == class);
+        if awake.count() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
             own.tiles.par_iter_mut().zip(&mut own.shown).for_each(work);
         } else {
             own.tiles.iter_mut().zip(&mut own.shown).for_each(work);

@@ -48,8 +48,10 @@ pub(crate) struct Tile {
     /// Highest enthalpies of the highest planes since the tile was made.
     pub(crate) peak: Vec<f32>,
     pub(crate) froze: Froze,
-    /// Heat given to coarser cells beside during their step, J/mm³ of these cells; empty where none lie there.
+    /// Heat given to coarser or slower cells beside during their step, J/mm³ of these cells.
     pub(crate) out: [Vec<f32>; 4],
+    /// What quicker tiles of the same level gave, while this one takes it; see [`super::step`].
+    pub(crate) inbox: [Vec<f32>; 4],
     /// Heat given to the trunk below during its step, J/mm³ of the cells of the lowest plane; empty where none lies there.
     pub(crate) down: Vec<f32>,
     /// Largest enthalpy above the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm, in all planes and in those
@@ -74,6 +76,16 @@ pub(crate) struct Shown {
     pub(crate) dense: Vec<bool>,
     /// As cold as at the start, as all beside: nothing is computed.
     pub(crate) asleep: bool,
+    /// The beam reaches it before the tiles are looked at again.
+    pub(crate) lit: bool,
+    pub(crate) class: Class,
+}
+
+/// Which of the two steps of its level a tile takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Class {
+    Slow,
+    Quick,
 }
 
 impl Shown {
@@ -85,6 +97,8 @@ impl Shown {
             share: vec![1.0; count * PLANE],
             dense: vec![false; count],
             asleep: false,
+            lit: false,
+            class: Class::Quick,
         }
     }
 
@@ -123,6 +137,7 @@ impl Tile {
                 rate: vec![f32::NAN; followed],
             },
             out: Default::default(),
+            inbox: Default::default(),
             down: Vec::new(),
             warmth: 0.0,
             bend: 0.0,
