@@ -21,7 +21,6 @@ mod tree;
 
 use meltpath_base::Cancelled;
 
-use crate::grid::sample::Sample;
 use crate::grid::{Field, Grid, GridError};
 use crate::material::Material;
 use crate::material::enthalpy::{CurveError, Enthalpy, Formulas};
@@ -89,10 +88,12 @@ impl Setup {
     /// The lowest plane of each level, coarsest first: a level's is above that of the next coarser one, or both have all planes.
     fn bases(&self) -> Vec<usize> {
         let mut bases = vec![0; self.coarser + 1];
-        let mut above = self.heights.len();
+        let (_, height) = self.planes_of_layer();
+        let tracked = (self.tracked / height).round() as usize;
+        let mut above = (self.heights.len() + 1).saturating_sub(tracked);
         for level in (1..=self.coarser).rev() {
             let edge = self.cell * f64::from(1_u32 << (self.coarser - level));
-            let deep = (DEEP * edge).max(self.tracked) - 1e-9;
+            let deep = DEEP * edge - 1e-9;
             let mut depth = 0.0;
             let holds = self.heights.iter().rposition(|height| {
                 depth += height;
@@ -195,7 +196,7 @@ pub struct Levels {
     ledger: Ledger,
     stored_at_start: f64,
     updates: u64,
-    samples: Vec<Sample>,
+    watching: draw::Watching,
 }
 
 impl Levels {
@@ -242,7 +243,7 @@ impl Levels {
             ledger: Ledger::default(),
             stored_at_start: 0.0,
             updates: 0,
-            samples: Vec::new(),
+            watching: draw::Watching::default(),
         };
         solver.first_tiles(roots, tracked);
         solver.stored_at_start = solver.stored_absolute();
@@ -374,7 +375,7 @@ impl Levels {
                 fell: field(&self.record.fell),
                 rate: field(&self.record.rate),
             },
-            samples: self.samples.clone(),
+            samples: self.watching.samples.clone(),
             outside,
         }
     }

@@ -316,12 +316,18 @@ impl Levels {
         for level in &mut self.levels {
             let edge = level.edge * N as f64;
             for (tile, shown) in level.tiles.iter().zip(&mut level.shown) {
-                shown.lit = spots.iter().any(|s| {
+                let near = |place: [f64; 2], reach: f64| {
                     [0, 1].iter().all(|&a| {
                         let from = origin[a] + tile.at[a] as f64 * edge;
-                        s.centre[a] >= from - s.reach() && s.centre[a] <= from + edge + s.reach()
+                        place[a] >= from - reach && place[a] <= from + edge + reach
                     })
-                });
+                };
+                shown.lit = spots.iter().any(|s| near(s.centre, s.reach()))
+                    || self
+                        .watching
+                        .places
+                        .iter()
+                        .any(|[x, y, _]| near([*x, *y], 0.0));
             }
         }
         let mut asleep: Vec<Vec<bool>> = Vec::new();

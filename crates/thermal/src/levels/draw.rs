@@ -15,6 +15,17 @@ const STAGES: u64 = 1000;
 /// How long what the last line heats may grow hotter after the path's end, s.
 const AFTER: f64 = 1e-3;
 
+/// Where temperatures are told, and what was told.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Watching {
+    pub(super) places: Vec<[f64; 3]>,
+    /// s.
+    every: f64,
+    /// When they are told next, s.
+    due: f64,
+    pub(super) samples: Vec<Sample>,
+}
+
 impl Levels {
     /// Draws `path`, the beam midway of each step of the finest level, or midway of each stretch where it jumps or is switched
     /// within; tells temperatures where and when `watch` asks for them. Returns the places that lie outside.
@@ -34,7 +45,13 @@ impl Levels {
             .copied()
             .partition(|place| self.kelvin_at(*place).is_some());
         let duration = path.end() - path.begin() + AFTER;
-        let (mut due, mut told) = (0.0, 0);
+        self.watching = Watching {
+            places: inside,
+            every: watch.every,
+            samples: std::mem::take(&mut self.watching.samples),
+            due: self.time,
+        };
+        let mut told = 0;
         observer.stage("draw the beam path", STAGES);
         while self.time < duration * (1.0 - 1e-9) {
             observer.check()?;
@@ -56,21 +73,26 @@ impl Levels {
             };
             self.advance(0, 0, &mut heat)?;
             self.count();
-            if self.time >= due - 1e-12 {
-                due +=
-                    watch.every * ((self.time - due) / watch.every).floor().max(0.0) + watch.every;
-                for place in &inside {
-                    let value = self.kelvin_at(*place).unwrap_or(f64::NAN);
-                    self.samples.push(Sample {
-                        place: *place,
-                        time: self.time,
-                        value,
-                    });
-                }
-            }
         }
         self.write_down();
+        self.watching.places.clear();
         Ok(outside)
+    }
+
+    /// Tells the temperatures that are watched, where it is time to.
+    pub(super) fn look(&mut self) {
+        let Watching { every, due, .. } = self.watching;
+        if self.watching.places.is_empty() || self.time < due - 1e-12 {
+            return;
+        }
+        self.watching.due += every * ((self.time - due) / every).floor().max(0.0) + every;
+        let told = self.watching.places.iter().map(|place| Sample {
+            place: *place,
+            time: self.time,
+            value: self.kelvin_at(*place).unwrap_or(f64::NAN),
+        });
+        let told: Vec<Sample> = told.collect();
+        self.watching.samples.extend(told);
     }
 
     /// Temperature at a place, K, the build plane at z = 0; of the cell in the plane, straight between planes. `None` outside.

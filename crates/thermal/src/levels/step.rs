@@ -229,6 +229,9 @@ impl Levels {
             self.time += step;
         }
         self.refresh(stage);
+        if shorter.is_none() {
+            self.look();
+        }
         Ok(())
     }
 

@@ -76,7 +76,7 @@ pub(crate) struct Shown {
     pub(crate) dense: Vec<bool>,
     /// As cold as at the start, as all beside: nothing is computed.
     pub(crate) asleep: bool,
-    /// The beam reaches it before the tiles are looked at again.
+    /// The beam reaches it before the tiles are looked at again, or temperatures are told there: it takes short steps.
     pub(crate) lit: bool,
     pub(crate) class: Class,
 }

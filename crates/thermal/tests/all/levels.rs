@@ -23,10 +23,12 @@ fn hatch(size: [f64; 2], distance: f64) -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    let mut points = BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67))
-        .unwrap()
-        .points()
-        .to_vec();
+    rested(&BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap())
+}
+
+/// A path and two milliseconds without a beam.
+fn rested(path: &BeamPath) -> BeamPath {
+    let mut points = path.points().to_vec();
     // the one grid stops with the path, the levels a little later: give both that time
     let last = points[points.len() - 1].off();
     points.push(last);
@@ -87,15 +89,13 @@ fn on_one_grid(setup: &Setup, size: [f64; 2], path: &BeamPath) -> Solver<f32> {
     solver
 }
 
-/// Largest and mean difference of the top plane's highest temperatures as shares of the rise, over molten cells; share within a
-/// window of 60 K round the mean of the one grid, of both.
-fn compare(one: &Field, levels: &Field) -> [f64; 4] {
+/// Largest and mean difference of a plane's highest temperatures, counted from the top, as shares of the rise, over molten cells;
+/// share within a window of 60 K round the mean of the one grid, of both.
+fn compare(one: &Field, levels: &Field, plane: usize) -> [f64; 4] {
     assert_eq!(one.grid.cells, levels.grid.cells);
-    let top = |f: &Field| -> Vec<f32> {
-        let plane = f.grid.cells[0] * f.grid.cells[1];
-        f.values[f.values.len() - plane..].to_vec()
-    };
-    let (a, b) = (top(one), top(levels));
+    let cells = one.grid.cells[0] * one.grid.cells[1];
+    let of = |f: &Field| f.values[f.values.len() - (plane + 1) * cells..][..cells].to_vec();
+    let (a, b) = (of(one), of(levels));
     let material = titanium();
     let molten: Vec<(f64, f64)> = a
         .iter()
@@ -166,7 +166,7 @@ fn levels_draw_what_one_grid_of_their_finest_cells_draws() {
         let quick = computed() - begun;
         let residual = levels.ledger().residual(levels.stored());
         let highest = levels.highest_temperature(setup.covered);
-        let [largest, mean, on_one, on_these] = compare(&one.highest_temperature(), &highest);
+        let [largest, mean, on_one, on_these] = compare(&one.highest_temperature(), &highest, 0);
         println!(
             "bend {bend}: {:.4} s/mm ({:.0} M updates/s, {:.0} updates/mm, step {:.2} us); off by {:.2} % at most, {:.3} % in the mean; in the window {:.2} % and {:.2} %; residual {residual:.1e}; tiles {:?}",
             quick / length,
@@ -185,6 +185,33 @@ fn levels_draw_what_one_grid_of_their_finest_cells_draws() {
         }
         assert!(mean < 2e-3, "{mean}");
         assert!((on_one - on_these).abs() < 0.01, "{on_one} {on_these}");
+    }
+}
+
+/// A slow line melts below the finest cells: coarser ones there tell what the finest would.
+#[test]
+fn levels_draw_a_pool_deeper_than_their_finest_cells() {
+    let size = [1.2, 0.4];
+    let corners = [[0.0, 0.2], [size[0], 0.2]];
+    let slow = BeamPath::along(&corners, 60.0, settings(120.0, 0.413_67)).unwrap();
+    let path = rested(&slow);
+    let mut setup = setup(size, 0.04, 2);
+    setup.heights = vec![0.28, 0.15, 0.1, 0.07];
+    setup.heights.extend([0.05; 8]);
+    setup.tracked = 0.4;
+    let one = on_one_grid(&setup, size, &path).highest_temperature();
+    let below = one.grid.cells[0] * one.grid.cells[1] * (one.grid.planes() - 5);
+    let deepest = one.values[..below].iter().copied().fold(0.0, f32::max);
+    assert!(f64::from(deepest) > titanium().liquidus, "{deepest}");
+    // the finest cells end at 0.4 mm or at 0.25 mm, as deep as is kept; the pool at 0.3 mm
+    for tracked in [0.4, 0.2] {
+        setup.tracked = tracked;
+        let levels = on_levels(&setup, size, &path).highest_temperature(setup.covered);
+        for plane in 0..4 {
+            let [largest, mean, ..] = compare(&one, &levels, plane);
+            println!("kept to {tracked} mm, plane {plane}: {largest:.4}, {mean:.5}");
+            assert!(largest < 0.015 && mean < 5e-3, "{largest} {mean}");
+        }
     }
 }
 
