@@ -1,10 +1,12 @@
 //! The solver for whole layers: fine where the beam is and heat bends, coarser around, remembering the whole path.
 //!
 //! The plan is covered by tiles of 16 x 16 columns of cells; each is on one of several levels, cells twice as large from one to
-//! the next coarser (a quadtree, neighbours at most one level apart). All have the same planes. Every level takes its own
-//! steps: the finer ones first, with what they see of coarser cells as it was when the coarser step began; what they give to
-//! coarser cells is added up and taken by these, so that no heat is lost between levels. Laws, surface, source and the sums in
-//! a cell are those of [`crate::solver`], which this one is held against on its own finest cells.
+//! the next coarser (a quadtree, neighbours at most one level apart). All planes are shared, but finer levels have the highest
+//! of them alone: under finer tiles lies the trunk of the coarser one that they were. Every level takes two steps, a short one
+//! near the beam and where it is hottest, a longer one elsewhere. Shorter steps go first, with what they see of cells that go
+//! slower as these were when their step began; what they give to them is added up and taken at its end, so that no heat is
+//! lost. Laws, surface, source and the sums in a cell are those of [`crate::solver`], which this one is held against on its
+//! own finest cells.
 
 mod bell;
 mod conduct;
@@ -407,4 +409,44 @@ fn levels(setup: &Setup, tree: &Tree) -> Vec<Level> {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// A finer level has fewer planes than the next coarser one, or both have all; each goes as deep as it must, and all hold what
+        /// is kept.
+        #[test]
+        fn finer_levels_end_higher(cell in 0.01..0.3_f64, coarser in 0..5_usize, below in 1..16_i32, tracked in 1..5_usize) {
+            let mut heights: Vec<f64> = (0..below).map(|k| 0.05 * 1.4_f64.powi(k)).rev().collect();
+            heights.extend(vec![0.05; tracked]);
+            let setup = Setup {
+                covered: [[0.0; 2], [1.0; 2]],
+                cell,
+                coarser,
+                heights: heights.clone(),
+                layer: 0.05,
+                tracked: 0.05 * tracked as f64,
+                top: Surface::Insulated,
+                beyond: Face::Insulated,
+                step: 1.0,
+                focus: None,
+                bend: BEND,
+            };
+            let bases = setup.bases();
+            prop_assert_eq!(bases[0], 0);
+            for pair in bases.windows(2) {
+                prop_assert!(pair[0] < pair[1] || pair == [0, 0], "{:?}", bases);
+            }
+            for (level, base) in bases.iter().enumerate() {
+                prop_assert!(base + tracked <= heights.len());
+                let depth: f64 = heights[*base..].iter().sum();
+                let edge = cell * f64::from(1_u32 << (coarser - level));
+                prop_assert!(*base == 0 || depth > DEEP * edge - 1e-6, "{} {:?}", level, bases);
+            }
+        }
+    }
 }

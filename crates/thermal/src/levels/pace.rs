@@ -179,3 +179,22 @@ fn slow_ticks(own: &[(f64, f64)], quick: u32, step: f64, limit: f64) -> u32 {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::slow_ticks;
+
+    /// A tile that bears four ticks and one that bears none but the quick one's: the first goes slow, as slow as it may.
+    #[test]
+    fn slow_tiles_take_the_steps_that_cost_least() {
+        let own = [(6.0, 4.5e-6), (6.0, 0.0)];
+        assert_eq!(slow_ticks(&own, 1, 1e-6, 16e-6), 4);
+        assert_eq!(slow_ticks(&own, 1, 1e-6, 2e-6), 2);
+        assert_eq!(slow_ticks(&own, 8, 1e-6, 16e-6), 8);
+        // many that bear two ticks count for more than one that bears eight
+        let own = [(6.0, 8e-6), (60.0, 2e-6)];
+        assert_eq!(slow_ticks(&own, 1, 1e-6, 16e-6), 2);
+        // those that sleep cost nothing, and ask for nothing
+        assert_eq!(slow_ticks(&[(0.0, 8e-6), (6.0, 2e-6)], 1, 1e-6, 16e-6), 2);
+    }
+}

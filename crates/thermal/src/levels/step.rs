@@ -106,7 +106,7 @@ impl<'a> Around<'a> {
 
     /// Whether what takes this tile's heat only at the end of its own longer step begins one with this step: beside, and below.
     fn first(&self, at: [usize; 2], base: usize) -> ([bool; 4], bool) {
-        let begins = |rate: &Rate| self.tick % rate.ticks == 0;
+        let begins = |rate: &Rate| self.tick.is_multiple_of(rate.ticks);
         let of_coarser = |at: [usize; 2]| {
             let coarser = self.coarser?;
             let n = coarser.index[self.place(self.level - 1, at.map(|t| t / 2))];
