@@ -1,7 +1,8 @@
 //! What layers cost on the solver for whole layers as the judge uses it: computing, memory, heat.
 //!
 //! `layer_cost 10 50` draws the lines of squares of 10 and 50 mm; `layer_cost cube 50 0.24` a cube of 10 mm, its first 50 layers on
-//! cells of 0.24 mm, each on what those below left warm. One thread, so that seconds are those of a core.
+//! cells of 0.24 mm, each on what those below left warm. One thread, so that seconds are those of a core; `threads 2 10` takes two,
+//! and tells what passed on the clock.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -10,6 +11,7 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 use meltpath_base::{Observer, Silent};
 use meltpath_melt_strategy::bed::{Between, Body, Domain, Reading, Resolution};
@@ -24,12 +26,15 @@ use meltpath_thermal::solver::{Face, State};
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let number = |n: usize| words.get(n).and_then(|w| w.parse::<f64>().ok());
-    if words.first().is_some_and(|w| w == "cube") {
+    if words.first().is_some_and(|w| w == "threads") {
+        let (threads, side) = number(1).zip(number(2)).unwrap_or((2.0, 10.0));
+        cost_of(side, threads as usize);
+    } else if words.first().is_some_and(|w| w == "cube") {
         let (layers, cell) = number(1).zip(number(2)).unwrap_or((3.0, 0.24));
         cube(layers as usize, cell);
     } else {
         for side in (0..words.len()).filter_map(number) {
-            cost_of(side);
+            cost_of(side, 1);
         }
     }
 }
@@ -139,12 +144,12 @@ fn reach(time: f64) -> f64 {
     (2.5 * (diffusivity * time).sqrt()).max(Domain::NARROW.below)
 }
 
-/// Draws paths on metal, each on what those before left, on one thread. Where layers follow each other the bed is held at the
+/// Draws paths on metal, each on what those before left, on some threads. Where layers follow each other the bed is held at the
 /// start temperature: it radiates what it does above that.
 fn drawn(
     paths: &[BeamPath],
     [cell, reach]: [f64; 2],
-    between: Option<Between>,
+    (between, threads): (Option<Between>, usize),
     observer: &dyn Observer,
 ) -> Drawn {
     let material = titanium();
@@ -179,26 +184,26 @@ fn drawn(
         power: 1.0,
     };
     let (last, lower) = paths.split_last().unwrap();
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1);
-    let one = one.build().unwrap();
-    one.install(|| judge(&body, lower, last, &resolution, observer))
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    let pool = pool.build().unwrap();
+    pool.install(|| judge(&body, lower, last, &resolution, observer))
         .unwrap()
 }
 
 /// The lines of a square on cells of 30 µm: what they cost.
-pub(crate) fn cost_of(side: f64) {
+pub(crate) fn cost_of(side: f64, threads: usize) {
     let path = square(side, false);
     let (length, reach) = (SPEED * path.end(), reach(path.end()));
-    let begun = computed();
+    let (begun, clock) = (computed(), Instant::now());
     let drawn = drawn(
         std::slice::from_ref(&path),
         [0.03, reach],
-        None,
+        (None, threads),
         &Told::new(length),
     );
-    let seconds = computed() - begun;
+    let (seconds, passed) = (computed() - begun, clock.elapsed().as_secs_f64());
     println!(
-        "{side} x {side} mm, {:.3} m of path in {:.3} s of process, half space of {reach:.1} mm: {seconds:.1} CPU-s, {:.4} per mm, {:.1} million updates per mm; {:.0} MiB at most; heat not accounted for {:.1e}; vapour takes {:.1} %",
+        "{side} x {side} mm, {:.3} m of path in {:.3} s of process, half space of {reach:.1} mm: {passed:.1} s on {threads} thread(s), {seconds:.1} CPU-s, {:.4} per mm, {:.1} million updates per mm; {:.0} MiB at most; heat not accounted for {:.1e}; vapour takes {:.1} %",
         1e-3 * length,
         path.end(),
         seconds / length,
@@ -220,7 +225,12 @@ pub(crate) fn cube(layers: usize, cell: f64) -> Vec<[f64; 2]> {
     let paths: Vec<BeamPath> = (0..layers).map(|n| square(10.0, n % 2 == 1)).collect();
     let all: f64 = paths.iter().map(|p| p.end() + between.time).sum();
     let begun = computed();
-    let drawn = drawn(&paths, [cell, reach(all).min(FAR)], Some(between), &Silent);
+    let drawn = drawn(
+        &paths,
+        [cell, reach(all).min(FAR)],
+        (Some(between), 1),
+        &Silent,
+    );
     let seconds = computed() - begun;
     for (n, layer) in drawn.layers.iter().enumerate() {
         let [mean, highest] = layer.before.map(|k| k - CELSIUS);

@@ -11,7 +11,7 @@ use meltpath_thermal::material::CELSIUS;
 #[test]
 fn layers_of_a_centimetre_and_a_decimetre_of_path() {
     for side in [1.0, 3.2] {
-        cost_of(side);
+        cost_of(side, 1);
     }
 }
 
