@@ -32,7 +32,7 @@ use crate::waam::judge::checks::{build_facts, fixed_torch_check, plan_facts};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::foretell::Built;
 use crate::waam::plan::mend::{leaves_open, mend, settle};
-use crate::waam::plan::planned::Planned;
+use crate::waam::plan::planned::{Planned, planned};
 
 /// The part of a job; refused where the job's plate is smaller.
 pub(super) fn load_part(
@@ -239,6 +239,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
             let foretold = settle(&mut loaded, &part, &reporter, observer)?;
             let choice = foretold.choice();
             (foretold.planned.plan, choice)
+        } else if loaded.settings.robot.is_some() {
+            // the robot may need beads divided
+            let planned = planned(&loaded.name, &part, &loaded.settings, &reporter, observer)?;
+            (planned.plan, None)
         } else {
             let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
             (plan, None)

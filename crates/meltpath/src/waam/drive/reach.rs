@@ -11,7 +11,8 @@ use meltpath_robot::driven::Driven;
 use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
 
-use crate::waam::drive::axes::{axis, guessed};
+use crate::waam::drive::axes::{axis, guessed, shown};
+use crate::waam::drive::division;
 use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Step};
 use crate::waam::drive::hold::{
@@ -312,16 +313,6 @@ fn config(along: &Along, cell: &Cell) -> Check {
     check.remedy("touch up the position at the controller, or write the program by meltpath")
 }
 
-/// The first of many words.
-fn shown(words: &[String]) -> String {
-    const MOST: usize = 4;
-    let first = words.chunks(MOST).next().unwrap_or_default().join("; ");
-    match words.len().saturating_sub(MOST) {
-        0 => first,
-        more => format!("{first}; and {more} changes more"),
-    }
-}
-
 /// Where and why a program cannot be held.
 fn not_reached(not: &NotHeld, moves: &Commands, cell: &Cell) -> Check {
     let (reason, remedy) = why(not);
@@ -448,6 +439,7 @@ pub(in crate::waam) fn facts(
         Some(fact.at(moves.place(l.command, l.position)))
     })
     .chain(clearances(along, moves))
+    .chain(division::fact(&moves.divided))
     .chain(way_changes(along, moves))
     .chain(travels::fact(moves))
     .collect()

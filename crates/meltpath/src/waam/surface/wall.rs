@@ -66,10 +66,10 @@ pub(super) fn wall(
     let settings = &loaded.settings;
     let sheet = load_sheet(loaded, asked, reporter, observer)?;
     observer.stage("plan", 0);
-    let plan = plan(&sheet, asked, settings)?;
+    let mut plan = plan(&sheet, asked, settings)?;
     observer.check()?;
-    let (programs, commands) =
-        read_back(&loaded.name, &plan.toolpath, settings, (reporter, observer))?;
+    let told = (reporter, observer);
+    let (programs, commands) = read_back(&loaded.name, &mut plan.toolpath, settings, told)?;
     let driven = drive(&commands, &plan, settings, reporter, observer)?;
     observer.stage("robot", 0);
     let columns = columns(&plan, settings)?;
