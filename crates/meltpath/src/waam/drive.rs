@@ -7,6 +7,7 @@ pub(crate) mod division;
 pub(crate) mod driven;
 pub(crate) mod film;
 pub(crate) mod hold;
+pub(crate) mod key_moments;
 pub(crate) mod lean;
 pub(crate) mod over;
 pub(crate) mod parted;

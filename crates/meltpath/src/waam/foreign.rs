@@ -135,7 +135,7 @@ pub fn simulate_program(
         sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter,
-        steps: reach::steps(along),
+        film: reach::film(along),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;

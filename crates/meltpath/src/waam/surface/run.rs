@@ -42,14 +42,8 @@ pub(in crate::waam) fn run(
         sheet: None,
         provenance,
     };
-    let way = (&wall.steps[..], &wall.summary.commands[..]);
-    views::waam::cell::show(
-        &folder,
-        &mut report,
-        settings.robot.as_ref(),
-        way,
-        &wall.commands,
-    )?;
+    let way = (&wall.film, &wall.summary.commands[..]);
+    views::waam::cell::show(&folder, &mut report, settings, way, &wall.commands)?;
     outcome::tell(&folder, &report)?;
     loaded.keep(&folder, &wall.plan.toolpath, &wall.files)?;
     observer.check()?;
