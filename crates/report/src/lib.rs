@@ -2,6 +2,7 @@
 //!
 //! - [`html::write_html`] writes a [`html::Report`]: verdict, 3D view of a [`scene::Scene`], [`plot::Plot`]s,
 //!   [`table::Table`]s, [`sheet::OperatorSheet`], warnings, provenance;
+//! - [`picture`] draws still pictures of things in space and writes them as PNG;
 //! - [`vtk`] writes lines, meshes and height maps for ParaView;
 //! - [`series`] writes columns as CSV or Parquet, block by block.
 
@@ -10,6 +11,7 @@ pub mod escape;
 pub mod html;
 pub mod number;
 pub mod packing;
+pub mod picture;
 pub mod plot;
 mod provenance_html;
 pub mod scene;

@@ -2,6 +2,7 @@
 //! Lengths are millimetres in the part frame, speeds mm/s, times s, angles rad.
 
 mod column;
+mod divide;
 pub mod error;
 pub mod layer;
 pub mod motion;

@@ -263,7 +263,7 @@ impl Layer {
 
 impl PassWriter<'_> {
     /// What `pass` says of its move `i`, for the last move.
-    fn values_of(&mut self, pass: Pass<'_>, i: usize) {
+    pub(crate) fn values_of(&mut self, pass: Pass<'_>, i: usize) {
         for channel in Channel::ALL {
             if let Some(value) = pass.value(channel, i) {
                 self.set(channel, value);
@@ -272,7 +272,7 @@ impl PassWriter<'_> {
     }
 
     /// What `pass` says of its point `i`, for the last point.
-    fn pose_of(&mut self, pass: Pass<'_>, i: usize) {
+    pub(crate) fn pose_of(&mut self, pass: Pass<'_>, i: usize) {
         if let Some(axis) = pass.axis(i) {
             self.axis(axis);
         }

@@ -2,6 +2,8 @@
 
 pub(crate) mod cell;
 pub(crate) mod joints;
+mod machine;
+mod pictures;
 pub mod sheet;
 pub(crate) mod surface;
 

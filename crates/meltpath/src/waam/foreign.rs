@@ -100,7 +100,7 @@ pub fn simulate_program(
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
-    facts.extend(own.as_ref().and_then(|own| own.chosen.clone()));
+    facts.extend(own.iter().flat_map(|own| own.told.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
     }
@@ -135,7 +135,7 @@ pub fn simulate_program(
         sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter,
-        steps: reach::steps(along),
+        film: reach::film(along),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;

@@ -30,6 +30,7 @@ use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 use super::settings::Settings;
 use crate::job::waam::LayerRelease;
 use crate::waam::drive::arm_way::ArmWay;
+use crate::waam::drive::division::Division;
 use crate::waam::program::wanted::{Asked, Torch};
 
 /// Why there is no program, or why it cannot be run.
@@ -121,6 +122,8 @@ pub struct Chosen {
     pub way: Option<Arc<ArmWay>>,
     /// Travels on which the arm goes over to another way.
     pub over: Vec<Change>,
+    /// Where beads are to be divided first; a way is not chosen then.
+    pub divisions: Vec<Division>,
 }
 
 impl Programs {
@@ -274,6 +277,8 @@ pub struct Commands {
     pub clearance: Option<Clearance>,
     /// Travels on which the arm goes over to another way, as it was chosen.
     pub over: Vec<Change>,
+    /// Beads that were divided, as no way of the arm holds them as a whole.
+    pub divided: Vec<Division>,
     /// Travels that take longer than they are programmed, as an axis goes no faster: their speeds are set so.
     pub slowed: Vec<Slowed>,
     /// Lines that shape metal and were not simulated.
@@ -388,6 +393,7 @@ pub fn commands(
         weaves: reading.toolpath.weaves,
         clearance: None,
         over: Vec::new(),
+        divided: Vec::new(),
         slowed: Vec::new(),
         arc_length,
         gaps: reading.gaps,

@@ -25,14 +25,14 @@ use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
 use crate::waam::deposit::simulate::Simulation;
-use crate::waam::drive::film::Step;
+use crate::waam::drive::film::Film;
 use crate::waam::drive::lean::Turned;
 use crate::waam::drive::reach;
 use crate::waam::judge::checks::{build_facts, fixed_torch_check, plan_facts};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::foretell::Built;
 use crate::waam::plan::mend::{leaves_open, mend, settle};
-use crate::waam::plan::planned::Planned;
+use crate::waam::plan::planned::{Planned, planned};
 
 /// The part of a job; refused where the job's plate is smaller.
 pub(super) fn load_part(
@@ -149,7 +149,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
-        steps: reach::steps(along),
+        film: reach::film(along),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -174,8 +174,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<OperatorSheet>,
     pub(super) growth: GrowthError,
     pub(super) bead_diameter: f64,
-    /// The way of the robot's axes; empty where none is known.
-    pub(super) steps: Vec<Step>,
+    /// What is shown of the robot.
+    pub(super) film: Film,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -208,14 +208,8 @@ pub(super) fn write_common(
         provenance: provenance.clone(),
     };
     let records = &shown.simulation.summary.commands;
-    let way = (&shown.steps[..], &records[..]);
-    views::waam::cell::show(
-        folder,
-        &mut report,
-        settings.robot.as_ref(),
-        way,
-        shown.commands,
-    )?;
+    let way = (&shown.film, &records[..]);
+    views::waam::cell::show(folder, &mut report, settings, way, shown.commands)?;
     outcome::tell(folder, &report)?;
     Ok(())
 }
@@ -239,6 +233,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
             let foretold = settle(&mut loaded, &part, &reporter, observer)?;
             let choice = foretold.choice();
             (foretold.planned.plan, choice)
+        } else if loaded.settings.robot.is_some() {
+            // the robot may need beads divided
+            let planned = planned(&loaded.name, &part, &loaded.settings, &reporter, observer)?;
+            (planned.plan, None)
         } else {
             let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
             (plan, None)

@@ -20,6 +20,7 @@ mod identify;
 mod lpbf;
 mod names;
 mod over;
+mod parted;
 mod reach;
 mod reference;
 mod remedies;

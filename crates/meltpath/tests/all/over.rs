@@ -177,3 +177,27 @@ fn weak_axes_fail_with_the_bead_that_follows() {
     );
     assert!(fact(&weak, "travel-axes").is_some());
 }
+
+/// The moments that decide stand as pictures in the folder, and in a table of the report.
+#[test]
+fn key_moments_are_drawn() {
+    let dir = tempfile::tempdir().unwrap();
+    let (_, folder) = judged(dir.path(), &[350.0], "");
+    let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    for name in [
+        "clearance",
+        "joint-limit",
+        "axis-speed",
+        "singularity",
+        "end",
+    ] {
+        let file = format!("pictures/{name}.png");
+        assert!(report.contains(&file), "{file}");
+        let bytes = std::fs::read(folder.join(&file)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"), "{file}");
+        let side = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert!(side(16) >= 1000 && side(20) >= 600, "{file}");
+        // something is drawn: one colour alone takes a few kilobytes
+        assert!(bytes.len() > 20_000, "{file}: {}", bytes.len());
+    }
+}

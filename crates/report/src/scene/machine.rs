@@ -1,6 +1,6 @@
 //! A machine that moves around the part: bodies one upon another, what each axis shows at each moment, and what holds the part.
 
-use meltpath_geometry::math::DVec3;
+use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_geometry::{Mesh, Pose};
 
 use super::item::{MAX_LAYER, SceneError, check_points};
@@ -69,6 +69,29 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// Where every body stands at a moment; all at their zero where there is no such moment.
+    pub fn poses(&self, moment: usize) -> Vec<Pose> {
+        let mut poses: Vec<Pose> = Vec::with_capacity(self.bodies.len());
+        for body in &self.bodies {
+            let carrier = body.carrier.and_then(|c| poses.get(c)).copied();
+            let moved = body.joint.map_or(Pose::IDENTITY, |joint| {
+                let values = self.axes.get(joint.axis).map(|a| &a.values);
+                let value = values.and_then(|v| v.get(moment)).copied();
+                let value = value.unwrap_or(0.0);
+                match joint.motion {
+                    JointMotion::Slides => Pose::at(value * joint.along),
+                    JointMotion::Turns => Pose {
+                        position: DVec3::ZERO,
+                        orientation: DQuat::from_axis_angle(joint.along, value),
+                    },
+                }
+            });
+            let here = carrier.unwrap_or(Pose::IDENTITY);
+            poses.push(here.then(body.carrier_from_body).then(moved));
+        }
+        poses
+    }
+
     /// Checks that columns agree, moments are in order, bodies stand after what carries them and meshes are whole.
     ///
     /// # Errors

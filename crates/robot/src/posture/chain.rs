@@ -1,10 +1,12 @@
 //! Runs of moves whose path is known: their places by length, and the way chosen to hold them.
 
+use std::ops::Range;
+
 use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::{DQuat, DVec3};
 
-use super::task::{Axes, Task};
+use super::task::{Axes, NotHeld, Task};
 use crate::cell::External;
 use crate::command::{Command, Kind, Source};
 
@@ -51,6 +53,38 @@ impl Leg {
             position,
             orientation: self.from.orientation.slerp(self.to.orientation, share),
         }
+    }
+
+    /// How far along its command a share of the way is, mm.
+    pub(super) fn way_at(&self, share: f64) -> f64 {
+        match self.arc {
+            Some((arc, [a, b])) => arc.length() * (a + (b - a) * share),
+            None => self.from.position.distance(self.to.position) * share,
+        }
+    }
+
+    /// The part of it between two shares of its way.
+    fn part(&self, [low, high]: [f64; 2]) -> Leg {
+        let along = |[a, b]: [f64; 2], share: f64| a + (b - a) * share;
+        let arc = self.arc.map(|(arc, range)| {
+            let range = [along(range, low), along(range, high)];
+            (arc, range)
+        });
+        Leg {
+            from: self.at(low),
+            to: self.at(high),
+            arc,
+            external: [self.external_at(low), self.external_at(high)],
+            begin: self.begin + self.length * low,
+            length: self.length * (high - low),
+            time: self.time.map(|t| t * (high - low)),
+            ..*self
+        }
+    }
+
+    /// The share of the way at a length of its run.
+    fn share_at(&self, length: f64) -> f64 {
+        ((length - self.begin) / self.length).clamp(0.0, 1.0)
     }
 
     /// Track and positioner at a share of the way.
@@ -125,6 +159,67 @@ impl Chain {
             turns: Vec::new(),
             joints: [0.0; 6],
         })
+    }
+
+    /// Its first part, up to a length, mm.
+    pub(super) fn until(&self, length: f64) -> Chain {
+        let begun = self.legs.iter().take_while(|l| l.begin < length);
+        let cut = begun.map(|leg| match leg.share_at(length) {
+            share if share < 1.0 => leg.part([0.0, share]),
+            _ => *leg,
+        });
+        Chain {
+            legs: cut.filter(|l| l.length >= NOTHING).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// What comes after a length, mm, as a run of its own whose way is not chosen.
+    pub(super) fn from(&self, length: f64) -> Chain {
+        let (start, external) = self.at(length);
+        let left = self.legs.iter().filter(|l| l.begin + l.length > length);
+        let cut = left.map(|leg| match leg.share_at(length) {
+            share if share > 0.0 => leg.part([share, 1.0]),
+            _ => *leg,
+        });
+        let legs: Vec<Leg> = cut.filter(|l| l.length >= NOTHING).collect();
+        let gone = legs.first().map_or(0.0, |l| l.begin);
+        let moved = legs.iter().map(|leg| Leg {
+            begin: leg.begin - gone,
+            ..*leg
+        });
+        Chain {
+            first: Some(self.command_at(length)),
+            start,
+            external,
+            legs: moved.collect(),
+            turns: Vec::new(),
+            joints: [0.0; 6],
+        }
+    }
+
+    /// Some of its legs as a run of their own.
+    pub(super) fn of_legs(&self, legs: Range<usize>) -> Chain {
+        let ends = |i: usize| self.legs.get(i).map(|l| (l.begin, l.begin + l.length));
+        let last = legs.end.saturating_sub(1);
+        match (ends(legs.start), ends(last)) {
+            (Some((begin, _)), Some((_, end))) => self.until(end).from(begin),
+            _ => self.clone(),
+        }
+    }
+
+    /// The length at which a place along one of its commands lies, as far as its moves tell.
+    pub(super) fn length_near(&self, place: &NotHeld) -> f64 {
+        let legs = self.legs.iter().filter(|l| l.command == place.command);
+        let near = legs.map(|leg| {
+            let shares = (0..=64).map(|i| f64::from(i) / 64.0);
+            let far = |share: f64| leg.at(share).position.distance(place.position);
+            let best = shares.min_by(|a, b| far(*a).total_cmp(&far(*b)));
+            let share = best.unwrap_or(0.0);
+            (leg.begin + leg.length * share, far(share))
+        });
+        let best = near.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(0.0, |(length, _)| length)
     }
 
     /// The command at a length.

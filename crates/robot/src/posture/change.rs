@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use meltpath_base::Observer;
 
-use super::chain::{Chain, Leg, chains};
+use super::chain::{Chain, chains};
 use super::ladder::Blocked;
 use super::search::of_arm;
 use super::task::{NotHeld, Task, Why};
@@ -50,28 +50,33 @@ pub fn changes(
 }
 
 /// Whether one way holds a run.
-fn holds(task: &Task<'_>, run: &Chain, observer: &dyn Observer) -> Result<(), NotHeld> {
+pub(super) fn holds(task: &Task<'_>, run: &Chain, observer: &dyn Observer) -> Result<(), NotHeld> {
     of_arm(task, (run, None), &mut Blocked::new(None), observer).map(|_| ())
 }
 
 /// The last travel up to a command before which one way holds the run, and the run after it.
-fn cut(
+pub(super) fn cut(
     task: &Task<'_>,
     run: &Chain,
     (until, travels): (u32, &BTreeSet<u32>),
     observer: &dyn Observer,
 ) -> Option<(u32, Chain)> {
-    let legs = run.legs.iter().enumerate();
-    let here =
-        legs.filter(|(i, leg)| *i > 0 && leg.command <= until && travels.contains(&leg.command));
-    let tried: Vec<(usize, &Leg)> = here.collect();
-    let mut tried = tried.into_iter().rev().take(TRIED);
-    let (at, leg) = tried.find(|(i, _)| {
+    // a travel of no length has no leg: the run is cut before the leg that follows it
+    let begun = run.legs.first()?.command;
+    let here = travels.range(..=until).rev().take_while(|c| **c > begun);
+    here.take(TRIED).find_map(|command| {
+        let at = run.legs.partition_point(|l| l.command < *command);
         let head = Chain {
-            legs: run.legs[..*i].to_vec(),
+            legs: run.legs.get(..at)?.to_vec(),
             ..run.clone()
         };
-        holds(task, &head, observer).is_ok()
-    })?;
-    Some((leg.command, run.after(at)?))
+        let goes = run.legs.get(at).is_some_and(|l| l.command == *command);
+        let last = if goes { at } else { at.checked_sub(1)? };
+        let tail = Chain {
+            first: Some(*command),
+            ..run.after(last)?
+        };
+        holds(task, &head, observer).ok()?;
+        Some((*command, tail))
+    })
 }

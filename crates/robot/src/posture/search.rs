@@ -42,10 +42,10 @@ struct Run<'a> {
 /// A run whose way was chosen.
 #[derive(Debug, Clone)]
 pub(super) struct Found {
-    chain: Chain,
+    pub(super) chain: Chain,
     margins: Margins,
     /// Joint angles at its end, rad.
-    end: [f64; 6],
+    pub(super) end: [f64; 6],
 }
 
 enum Way<'a> {

@@ -1,124 +1,18 @@
-//! The robot cell as the 3D view moves it: arm, torch, table, track and positioner around the part.
+//! The robot cell in the report: what the 3D view moves, where its axes stand, pictures of its key moments.
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_geometry::math::{DQuat, DVec2, DVec3};
-use meltpath_geometry::shapes::{cuboid, revolve};
-use meltpath_geometry::{Mesh, Pose};
+use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{self, Mark, Plot};
-use meltpath_report::scene::Machine;
-use meltpath_report::scene::machine::{Axis, Body, Joint, JointMotion};
-use meltpath_robot::cell::{Arrangement, Cell, Shapes, Values};
-use meltpath_robot::kinematics::{Chain, JointKind, Limits};
+use meltpath_robot::cell::{Cell, Values};
+use meltpath_robot::kinematics::Limits;
 use meltpath_robot::summary::CommandRecord;
 
-use super::joints;
-use crate::waam::drive::film::{Moment, Step, moments, timed};
+use super::machine::machine;
+use super::{joints, pictures};
+use crate::waam::drive::film::{Film, Moment, moments, timed};
 use crate::waam::program::Commands;
-
-/// Radius of links, torch and nozzle where the cell's file tells no shapes, mm: lines that can be seen.
-const LINE: f64 = 20.0;
-
-/// Sides of round shapes.
-const SIDES: u32 = 24;
-
-/// Thickness of the table as it is drawn, mm.
-const TABLE: f64 = 20.0;
-
-/// The bodies so far, and the columns of their axes.
-#[derive(Default)]
-struct Built {
-    bodies: Vec<Body>,
-    axes: Vec<Axis>,
-}
-
-impl Built {
-    fn fixed(&mut self, name: &str, carrier: Option<usize>, at: Pose, mesh: Mesh) -> usize {
-        self.bodies.push(Body {
-            name: name.to_owned(),
-            carrier,
-            carrier_from_body: at,
-            joint: None,
-            mesh,
-        });
-        self.bodies.len() - 1
-    }
-
-    /// The joints of a chain on what carries it, each with the shape that `mesh` gives for its number and where it ends.
-    fn chain(
-        &mut self,
-        chain: &Chain,
-        carrier: Option<usize>,
-        moments: &[Moment],
-        value: impl Fn(&Values, usize) -> f64,
-        mesh: impl Fn(usize, DVec3) -> Mesh,
-    ) -> Option<usize> {
-        let mut last = carrier;
-        for (i, joint) in chain.joints.iter().enumerate() {
-            let next = chain.joints.get(i + 1);
-            let end = next.map_or(chain.last_from_end, |j| j.parent_from_joint);
-            self.axes.push(Axis {
-                name: joint.name.clone(),
-                values: moments.iter().map(|m| value(&m.values, i)).collect(),
-            });
-            self.bodies.push(Body {
-                name: joint.name.clone(),
-                carrier: last,
-                carrier_from_body: joint.parent_from_joint,
-                joint: Some(Joint {
-                    axis: self.axes.len() - 1,
-                    motion: match joint.kind {
-                        JointKind::Revolute => JointMotion::Turns,
-                        JointKind::Prismatic => JointMotion::Slides,
-                    },
-                    along: joint.axis,
-                }),
-                mesh: mesh(i, end.position),
-            });
-            last = Some(self.bodies.len() - 1);
-        }
-        last
-    }
-}
-
-/// The cell, with its axes at each moment.
-fn machine(cell: &Cell, moments: &[Moment]) -> Machine {
-    let mut built = Built::default();
-    let bare = |_: usize, _: DVec3| Mesh::default();
-    let track = cell.track.as_ref();
-    let carriage = track.map(|t| {
-        let last = built.chain(t, None, moments, |v, _| v.track, bare);
-        built.fixed("carriage", last, t.last_from_end, Mesh::default())
-    });
-    let base = built.fixed("base", carriage, cell.carrier_from_base, Mesh::default());
-    let radius = |i: usize| cell.shapes.as_ref().map_or(LINE, |s| s.links[i.min(5)]);
-    let link = |i: usize, end: DVec3| capsule(DVec3::ZERO, end, radius(i));
-    let arm = &cell.arm.chain;
-    let wrist = built.chain(arm, Some(base), moments, |v, i| v.arm[i], link);
-    let flange = built.fixed("flange", wrist, arm.last_from_end, Mesh::default());
-    let positioner = cell.positioner.as_ref();
-    let carrier = positioner.map(|p| {
-        let last = built.chain(p, None, moments, |v, i| v.positioner[i], bare);
-        built.fixed("positioner", last, p.last_from_end, Mesh::default())
-    });
-    let shapes = cell.shapes.as_ref();
-    let table = built.fixed("table", carrier, cell.carrier_from_table, table(shapes));
-    let (holder, torch_on, flange_from_torch) = match cell.arrangement {
-        Arrangement::TorchOnRobot => (table, Some(flange), Some(cell.carrier_from_torch)),
-        Arrangement::PartOnRobot => (flange, None, None),
-    };
-    let torch = torch(shapes, flange_from_torch);
-    built.fixed("torch", torch_on, cell.carrier_from_torch, torch);
-    Machine {
-        name: cell.name.clone(),
-        bodies: built.bodies,
-        holder: Some(holder),
-        holder_from_part: cell.carrier_from_part,
-        axes: built.axes,
-        times: moments.iter().map(|m| m.time).collect(),
-        layers: moments.iter().map(|m| m.layer).collect(),
-    }
-}
+use crate::waam::settings::Settings;
 
 /// Points of a line that a plot shows at most.
 const PLOTTED: usize = 2000;
@@ -171,107 +65,33 @@ fn within(title: &str, lines: Vec<Mark>) -> Plot {
     lines.into_iter().chain(limits).fold(plot, Plot::with)
 }
 
-/// Adds the cell to a report and its joints to the run's folder, where the way of its axes is known.
+/// Adds the cell to a report, and its joints and pictures of its key moments to the run's folder, where the way of its axes is known.
 ///
 /// # Errors
 /// [`OutputError`].
 pub(crate) fn show(
     folder: &OutputFolder,
     report: &mut Report,
-    cell: Option<&Cell>,
-    (steps, records): (&[Step], &[CommandRecord]),
+    settings: &Settings,
+    (film, records): (&Film, &[CommandRecord]),
     commands: &Commands,
 ) -> Result<(), OutputError> {
-    let Some(cell) = cell.filter(|_| !steps.is_empty()) else {
+    let cell = settings.robot.as_ref();
+    let Some(cell) = cell.filter(|_| !film.steps.is_empty()) else {
         return Ok(());
     };
-    let moments = moments(steps, records, &commands.layer_of_command);
+    let moments = moments(&film.steps, records, &commands.layer_of_command);
     if let Some(scene) = &mut report.scene {
         scene.machine = Some(machine(cell, &moments));
     }
-    report.sections.push(section(cell, &moments));
-    joints::write(folder, cell, timed(steps, records), commands)
-}
-
-/// A round bar with round ends.
-fn capsule(a: DVec3, b: DVec3, radius: f64) -> Mesh {
-    const QUARTER: u32 = 6;
-    let length = a.distance(b);
-    let side = |i: u32| {
-        let angle = std::f64::consts::FRAC_PI_2 * f64::from(i) / f64::from(QUARTER);
-        radius * DVec2::new(angle.cos(), angle.sin())
+    let mut section = section(cell, &moments);
+    let build = pictures::Build {
+        cell,
+        settings,
+        commands,
+        records,
     };
-    // poles lie on the axis to the bit
-    let below = (0..QUARTER).rev().map(|i| side(i) * DVec2::new(1.0, -1.0));
-    let above = (0..QUARTER).map(|i| side(i) + length * DVec2::Y);
-    let mut profile = vec![DVec2::new(0.0, -radius)];
-    profile.extend(below.chain(above));
-    profile.push(DVec2::new(0.0, length + radius));
-    let axis = (b - a).try_normalize().unwrap_or(DVec3::Z);
-    turned(revolve(&profile, SIDES), a, axis)
-}
-
-/// A shape that stands on z, along `axis` from `at`.
-fn turned(mut mesh: Mesh, at: DVec3, axis: DVec3) -> Mesh {
-    let turn = DQuat::from_rotation_arc(DVec3::Z, axis);
-    for vertex in &mut mesh.vertices {
-        *vertex = at + turn * *vertex;
-    }
-    mesh
-}
-
-/// Nozzle and body of the torch in its own frame: the contact tube ends at the origin, the wire leaves along z.
-fn torch(shapes: Option<&Shapes>, flange_from_torch: Option<Pose>) -> Mesh {
-    let [length, radius] = shapes.map_or([4.0 * LINE, 0.5 * LINE], |s| s.nozzle);
-    let back = -length * DVec3::Z;
-    // a torch that stands goes on behind its nozzle by as much again
-    let flange = flange_from_torch.map_or(2.0 * back, |f| f.inverse().position);
-    let mut mesh = revolve(
-        &[[0.0, -length], [radius, -length], [radius, 0.0], [0.0, 0.0]].map(DVec2::from),
-        SIDES,
-    );
-    add(
-        &mut mesh,
-        capsule(back, flange, shapes.map_or(LINE, |s| s.torch)),
-    );
-    mesh
-}
-
-/// The table, its upper side at zero; nothing where its size is not told.
-fn table(shapes: Option<&Shapes>) -> Mesh {
-    let Some([x, y]) = shapes.and_then(|s| s.table) else {
-        return Mesh::default();
-    };
-    let half = DVec3::new(0.5 * x, 0.5 * y, 0.0);
-    cuboid(-half - TABLE * DVec3::Z, half)
-}
-
-fn add(mesh: &mut Mesh, other: Mesh) {
-    let first = mesh.vertices.len() as u32;
-    mesh.vertices.extend(other.vertices);
-    let moved = other.triangles.into_iter().map(|t| t.map(|v| v + first));
-    mesh.triangles.extend(moved);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shapes_are_closed_and_of_the_right_size() {
-        use std::f64::consts::PI;
-        let bar = capsule(
-            DVec3::new(10.0, 0.0, 0.0),
-            DVec3::new(110.0, 0.0, 0.0),
-            10.0,
-        );
-        let exact = PI * 100.0 * 100.0 + 4.0 / 3.0 * PI * 1000.0;
-        assert!(
-            (bar.volume() / exact - 1.0).abs() < 0.03,
-            "{}",
-            bar.volume()
-        );
-        let mesh = torch(None, None);
-        assert!(mesh.vertices.iter().all(|v| v.z < 1e-9));
-    }
+    section.tables.push(pictures::write(folder, &build, film)?);
+    report.sections.push(section);
+    joints::write(folder, cell, timed(&film.steps, records), commands)
 }

@@ -27,3 +27,13 @@ pub(in crate::waam) fn guessed(check: Check, guesses: &[String]) -> Check {
     .because(&reason)
     .remedy("measure them, and write them with their `source` into a robot file of your own (meltpath inspect shows it)")
 }
+
+/// The first of many words.
+pub(in crate::waam) fn shown(words: &[String]) -> String {
+    const MOST: usize = 4;
+    let first = words.chunks(MOST).next().unwrap_or_default().join("; ");
+    match words.len().saturating_sub(MOST) {
+        0 => first,
+        more => format!("{first}; and {more} changes more"),
+    }
+}

@@ -4,6 +4,8 @@ use meltpath_robot::cell::{Cell, Values};
 use meltpath_robot::posture::{Follower, Held, NotHeld, Task};
 use meltpath_robot::summary::CommandRecord;
 
+use crate::waam::drive::key_moments::KeyMoment;
+
 /// Moments that a film holds at most; beyond, every k-th is kept.
 const MOMENTS: usize = 20_000;
 
@@ -30,6 +32,15 @@ impl Step {
             .filter_map(|(i, joint, gone)| Some((gone.abs() / joint.limits.speed?, i)))
             .max_by(|a, b| a.0.total_cmp(&b.0))
     }
+}
+
+/// What is shown of a robot along a build; without steps where the way of its axes is not known.
+#[derive(Debug, Default)]
+pub(crate) struct Film {
+    /// The way of the axes.
+    pub(crate) steps: Vec<Step>,
+    /// The moments that decide.
+    pub(crate) moments: Vec<KeyMoment>,
 }
 
 /// Where every axis of the cell stands at a time.

@@ -19,7 +19,9 @@ use meltpath_toolpath::Toolpath;
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::columns as metal;
+use crate::waam::drive::division::Division;
 use crate::waam::drive::over;
+use crate::waam::drive::parted;
 use crate::waam::program::wanted::{Asked, Torch};
 use crate::waam::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
 use crate::waam::settings::Settings;
@@ -112,11 +114,17 @@ fn choose(
     }
     let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
     let found = match known {
-        Some(way) => Some((moves, Arc::clone(way), Vec::new())),
+        Some(way) => Ok((moves, Arc::clone(way), Vec::new())),
         None => looked_for((programs, schedules), moves, settings, observer)?,
     };
-    let Some((moves, way, over)) = found else {
-        return Ok(Chosen::default());
+    let (moves, way, over) = match found {
+        Ok(found) => found,
+        Err(divisions) => {
+            return Ok(Chosen {
+                divisions,
+                ..Chosen::default()
+            });
+        }
     };
     let any = BTreeMap::new();
     let task = free(cell, &moves, settings, &any);
@@ -148,6 +156,7 @@ fn choose(
         clearance: Some(*found),
         way: Some(way),
         over,
+        divisions: Vec::new(),
     })
 }
 
@@ -171,16 +180,17 @@ fn free<'a>(
 /// Moves, the way along them, and where the arm goes over to another way.
 type Found = (Commands, Arc<ArmWay>, Vec<Change>);
 
-/// The way along programs. Where no single way holds them, travels become joint moves over which the arm goes to another one. Nothing where
-/// that does not help: the programs stay as they are then.
+/// The way along programs. Where no single way holds them, travels become joint moves over which the arm goes to another one. Where that
+/// does not help the programs stay as they are, and it is told which beads to divide first, if any.
 fn looked_for(
     (programs, schedules): (&mut [Program], &[Schedule]),
     moves: Commands,
     settings: &Settings,
     observer: &dyn Observer,
-) -> Result<Option<Found>, ProgramStageError> {
+) -> Result<Result<Found, Vec<Division>>, ProgramStageError> {
+    let none = Err(Vec::new());
     let Some(cell) = &settings.robot else {
-        return Ok(None);
+        return Ok(none);
     };
     let any = BTreeMap::new();
     let task = free(cell, &moves, settings, &any);
@@ -188,25 +198,30 @@ fn looked_for(
     observer.check()?;
     if let Ok(cleared) = cleared {
         let way = ArmWay::along((moves.start, &moves.commands), cleared);
-        return Ok(Some((moves, Arc::new(way), Vec::new())));
+        return Ok(Ok((moves, Arc::new(way), Vec::new())));
     }
     // an arm without words for its way cannot be told to change it; axes that are free are chosen with one
     let told = stance(cell, program::spoken(programs), [0.0; 6]).is_some();
     if !told || settings.external == ExternalChoice::Free {
-        return Ok(None);
+        return Ok(none);
     }
     let changes = over::in_the_air(&task, &moves, observer);
     observer.check()?;
     let changes = match changes {
         Ok(changes) if !changes.is_empty() => changes,
-        _ => return Ok(None),
+        Ok(_) => return Ok(none),
+        Err(_) => {
+            let divisions = parted::divisions(&task, &moves, settings, observer);
+            observer.check()?;
+            return Ok(Err(divisions));
+        }
     };
     let as_built = programs.to_vec();
     let mut best: Option<(f64, f64)> = None;
     for lift in over::LIFTS {
         programs.clone_from_slice(&as_built);
         if !over::write(programs, &moves, &changes, lift) {
-            return Ok(None);
+            return Ok(none);
         }
         let raised = commands(programs, schedules, settings, &Reporter::new())?;
         let task = free(cell, &raised, settings, &any);
@@ -222,7 +237,7 @@ fn looked_for(
     }
     programs.clone_from_slice(&as_built);
     let Some((_, lift)) = best else {
-        return Ok(None);
+        return Ok(none);
     };
     over::write(programs, &moves, &changes, lift);
     let raised = commands(programs, schedules, settings, &Reporter::new())?;
@@ -235,10 +250,10 @@ fn looked_for(
     observer.check()?;
     let Ok(cleared) = cleared else {
         programs.clone_from_slice(&as_built);
-        return Ok(None);
+        return Ok(none);
     };
     let way = ArmWay::along((raised.start, &raised.commands), cleared);
-    Ok(Some((raised, Arc::new(way), changes)))
+    Ok(Ok((raised, Arc::new(way), changes)))
 }
 
 /// How much more room than is asked for the joint moves of a program leave to what stands around, mm; nothing where no way holds it. Where no

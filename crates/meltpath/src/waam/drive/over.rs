@@ -27,11 +27,11 @@ pub(in crate::waam) fn in_the_air(
     moves: &Commands,
     observer: &dyn Observer,
 ) -> Result<Vec<Change>, NotHeld> {
-    changes(task, &over(moves), observer)
+    changes(task, &travels(moves), observer)
 }
 
 /// Of each way between two beads the move that goes over: the one that stays highest, and of those the longest.
-fn over(moves: &Commands) -> BTreeSet<u32> {
+pub(in crate::waam) fn travels(moves: &Commands) -> BTreeSet<u32> {
     let mut found = BTreeSet::new();
     let mut here = moves.start.position;
     let places = moves.commands.iter().map(|command| {

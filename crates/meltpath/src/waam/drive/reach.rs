@@ -11,12 +11,14 @@ use meltpath_robot::driven::Driven;
 use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
 
-use crate::waam::drive::axes::{axis, guessed};
+use crate::waam::drive::axes::{axis, guessed, shown};
+use crate::waam::drive::division;
 use crate::waam::drive::driven;
-use crate::waam::drive::film::{self, Step};
+use crate::waam::drive::film::{self, Film, Step};
 use crate::waam::drive::hold::{
     Positions, ends, followed, metal_at, named, stance, task, written_stance,
 };
+use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
 use crate::waam::drive::travels;
 use crate::waam::program::{self, Commands};
@@ -91,12 +93,34 @@ pub(in crate::waam) fn along(
     }))
 }
 
-/// The way of the axes; nothing where the robot does not hold the torch along the whole program.
-pub(in crate::waam) fn steps(along: Option<Result<Along, NotHeld>>) -> Vec<Step> {
-    match along {
-        Some(Ok(along)) => along.steps,
-        _ => Vec::new(),
+/// What is shown of the robot; nothing where it does not hold the torch along the whole program.
+pub(in crate::waam) fn film(along: Option<Result<Along, NotHeld>>) -> Film {
+    let Some(Ok(along)) = along else {
+        return Film::default();
+    };
+    let closest = along.closest.as_ref().and_then(|pairs| pairs.first());
+    let speed = match &along.driven {
+        Some(driven) => driven.speed.map(|peak| peak.most),
+        None => along.margins.speed,
+    };
+    let moments = [
+        closest.map(key_moments::clearance),
+        nearest_limit(&along).as_ref().map(key_moments::joint_limit),
+        speed.as_ref().map(key_moments::fastest),
+        key_moments::singularity(&along.margins),
+        Some(key_moments::end()),
+    ];
+    Film {
+        steps: along.steps,
+        moments: moments.into_iter().flatten().collect(),
     }
+}
+
+/// The joint that comes nearest to its limits, on the path as written and on the one that is driven.
+fn nearest_limit(along: &Along) -> Option<Least> {
+    let driven = along.driven.as_ref().and_then(|d| d.limit);
+    let both = [along.margins.limit, driven].into_iter().flatten();
+    both.min_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 /// How near bodies come. While a layer is laid its metal counts as laid already.
@@ -191,9 +215,7 @@ fn not_checked(reason: &str) -> Vec<Check> {
 
 /// The least distance of a joint from its limits, on the path as written and on the one that is driven.
 fn reached(along: &Along, moves: &Commands, settings: &Settings) -> Check {
-    let driven = along.driven.as_ref().and_then(|d| d.limit);
-    let both = [along.margins.limit, driven].into_iter().flatten();
-    let least = both.min_by(|a, b| a.value.total_cmp(&b.value));
+    let least = nearest_limit(along);
     let degrees = least.map_or(f64::NAN, |l| l.value.to_degrees());
     let check = Check::judge(
         "reach",
@@ -310,16 +332,6 @@ fn config(along: &Along, cell: &Cell) -> Check {
     let check = if count > 0 { check.at(place) } else { check };
     let check = check.because(&format!("computed: {}", shown(&words)));
     check.remedy("touch up the position at the controller, or write the program by meltpath")
-}
-
-/// The first of many words.
-fn shown(words: &[String]) -> String {
-    const MOST: usize = 4;
-    let first = words.chunks(MOST).next().unwrap_or_default().join("; ");
-    match words.len().saturating_sub(MOST) {
-        0 => first,
-        more => format!("{first}; and {more} changes more"),
-    }
 }
 
 /// Where and why a program cannot be held.
@@ -448,6 +460,7 @@ pub(in crate::waam) fn facts(
         Some(fact.at(moves.place(l.command, l.position)))
     })
     .chain(clearances(along, moves))
+    .chain(division::fact(&moves.divided))
     .chain(way_changes(along, moves))
     .chain(travels::fact(moves))
     .collect()

@@ -5,6 +5,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_robot::command::{Smoothing, Source};
 
 use crate::stages::part::Part;
+use crate::waam::drive::division;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::Loaded;
 use crate::waam::plan::mend::ways;
@@ -23,8 +24,8 @@ pub(in crate::waam) struct Own {
     /// The job's, with what the plan chose.
     pub(in crate::waam) settings: Settings,
     pub(in crate::waam) plan: Plan,
-    /// What it chose, where it chose.
-    pub(in crate::waam) chosen: Option<Fact>,
+    /// What it chose, where it chose, and the beads that it divided for the robot.
+    pub(in crate::waam) told: Vec<Fact>,
 }
 
 /// The plan of the job whose beads `commands` lay, all of them; `None` where they are of other software, or edited.
@@ -45,23 +46,32 @@ pub(in crate::waam) fn own_plan(
     let (silent, quiet) = (Reporter::new(), Quiet(observer));
     for (settings, words) in ways(loaded) {
         observer.check()?;
-        let Ok(plan) = plan::plan(part, &settings, &silent, &quiet) else {
+        let Ok(mut plan) = plan::plan(part, &settings, &silent, &quiet) else {
             continue;
         };
         let (long, laid) = (plan.toolpath.deposited_length(), commands.arc_length);
         if (long - laid).abs() > SAME_LENGTH * long {
             continue;
         }
-        let read = read_back(&loaded.name, &plan.toolpath, &settings, (&silent, &quiet));
+        let read = read_back(
+            &loaded.name,
+            &mut plan.toolpath,
+            &settings,
+            (&silent, &quiet),
+        );
         let Ok((_, planned)) = read else {
             continue;
         };
         if same_beads(&planned, commands) {
             let title = "chosen by the plan that the program was written from";
+            let chosen = words.map(|words| Fact::words("chosen", title, &words));
             return Ok(Some(Own {
                 settings,
                 plan,
-                chosen: words.map(|words| Fact::words("chosen", title, &words)),
+                told: chosen
+                    .into_iter()
+                    .chain(division::fact(&planned.divided))
+                    .collect(),
             }));
         }
     }

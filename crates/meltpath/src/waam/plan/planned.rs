@@ -5,6 +5,7 @@ use meltpath_toolpath::Toolpath;
 
 use crate::stages::part::Part;
 use crate::waam::drive::hold;
+use crate::waam::drive::parted;
 use crate::waam::drive::travels;
 use crate::waam::error::WaamError;
 use crate::waam::plan::{self, Plan};
@@ -28,8 +29,9 @@ pub(in crate::waam) fn planned(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Planned, WaamError> {
-    let plan = plan::plan(part, settings, reporter, observer)?;
-    let (programs, commands) = read_back(name, &plan.toolpath, settings, (reporter, observer))?;
+    let mut plan = plan::plan(part, settings, reporter, observer)?;
+    let told = (reporter, observer);
+    let (programs, commands) = read_back(name, &mut plan.toolpath, settings, told)?;
     Ok(Planned {
         plan,
         programs,
@@ -37,8 +39,44 @@ pub(in crate::waam) fn planned(
     })
 }
 
-/// The programs of a toolpath for the cell's controller, and what they command.
+/// How often beads are divided and a way is looked for anew.
+const ROUNDS: usize = 4;
+
+/// The programs of a toolpath for the cell's controller, and what they command. Beads that no way of the job's robot holds as a whole are
+/// divided in the toolpath, where that lets it hold all of them.
 pub(in crate::waam) fn read_back(
+    name: &str,
+    toolpath: &mut Toolpath,
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<(Programs, Commands), WaamError> {
+    let whole = written(name, toolpath, settings, (reporter, observer))?;
+    let mut divisions = whole.0.chosen.divisions.clone();
+    let (mut known, mut tried) = (Vec::new(), toolpath.clone());
+    for _ in 0..ROUNDS {
+        if divisions.is_empty() {
+            break;
+        }
+        let Some(divided) = parted::divided(&tried, &divisions) else {
+            break;
+        };
+        tried = divided;
+        known = parted::counted(&known, &divisions);
+        // what is to be told of the plan was told of the whole beads
+        let (programs, mut commands) =
+            written(name, &tried, settings, (&Reporter::new(), observer))?;
+        if programs.chosen.way.is_some() {
+            commands.divided = known;
+            *toolpath = tried;
+            return Ok((programs, commands));
+        }
+        divisions.clone_from(&programs.chosen.divisions);
+    }
+    Ok(whole)
+}
+
+/// The programs of a toolpath as it is, and what they command.
+fn written(
     name: &str,
     toolpath: &Toolpath,
     settings: &Settings,

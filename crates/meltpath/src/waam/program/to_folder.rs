@@ -7,6 +7,7 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_programs::{TextFile, laid_from};
 use meltpath_toolpath::Toolpath;
 
+use crate::waam::drive::division;
 use crate::waam::drive::hold;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::load;
@@ -58,6 +59,16 @@ pub fn program_to_folder(
         way = way.or_else(|| programs.chosen.way.clone());
         observer.check()?;
         faithful(&programs, &toolpath, wanted, settings)?;
+        if let Some(told) = division::fact(&programs.chosen.divisions) {
+            reporter.warn(
+                "beads-whole",
+                format!(
+                    "no way of the robot holds the beads of this plan as they are: {}",
+                    told.reason
+                ),
+                "plan anew with the robot in the job: `meltpath plan` divides them",
+            );
+        }
         for file in programs.files {
             if !files.iter().any(|f: &TextFile| f.name == file.name) {
                 files.push(file);

@@ -12,6 +12,7 @@ use crate::views;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, SHOWN_WARNINGS, subtitle};
 use crate::waam::plan::foretell;
+use crate::waam::plan::planned::read_back;
 
 /// The run into a new folder.
 pub(in crate::waam) fn run(
@@ -41,14 +42,8 @@ pub(in crate::waam) fn run(
         sheet: None,
         provenance,
     };
-    let way = (&wall.steps[..], &wall.summary.commands[..]);
-    views::waam::cell::show(
-        &folder,
-        &mut report,
-        settings.robot.as_ref(),
-        way,
-        &wall.commands,
-    )?;
+    let way = (&wall.film, &wall.summary.commands[..]);
+    views::waam::cell::show(&folder, &mut report, settings, way, &wall.commands)?;
     outcome::tell(&folder, &report)?;
     loaded.keep(&folder, &wall.plan.toolpath, &wall.files)?;
     observer.check()?;
@@ -66,7 +61,12 @@ pub(in crate::waam) fn plan_only(
     observer: &dyn Observer,
 ) -> Result<(SurfacePlan, Vec<String>), WaamError> {
     let sheet = load_sheet(loaded, asked, reporter, observer)?;
-    let plan = plan(&sheet, asked, &loaded.settings)?;
+    let mut plan = plan(&sheet, asked, &loaded.settings)?;
+    if loaded.settings.robot.is_some() {
+        // it may need beads divided
+        let (name, told) = (&loaded.name, (reporter, observer));
+        read_back(name, &mut plan.toolpath, &loaded.settings, told)?;
+    }
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut lines = vec![format!(
         "{} beads, {:.1} m, in {passes} passes {:.3} mm apart",

@@ -13,7 +13,7 @@ use super::plan::{SurfacePlan, plan};
 use super::{Asked, judge, metal};
 use crate::stages::sheet::{self, Sheet};
 use crate::waam::drive::columns;
-use crate::waam::drive::film::Step;
+use crate::waam::drive::film::Film;
 use crate::waam::drive::reach;
 use crate::waam::drive::record::Sample;
 use crate::waam::error::WaamError;
@@ -35,8 +35,8 @@ pub(crate) struct Wall {
     pub(super) files: Vec<TextFile>,
     pub(super) checks: Vec<Check>,
     pub(super) facts: Vec<Fact>,
-    /// The way of the robot's axes; empty where none is known.
-    pub(super) steps: Vec<Step>,
+    /// What is shown of the robot.
+    pub(super) film: Film,
 }
 
 /// The surface of a job, read and placed.
@@ -66,10 +66,10 @@ pub(super) fn wall(
     let settings = &loaded.settings;
     let sheet = load_sheet(loaded, asked, reporter, observer)?;
     observer.stage("plan", 0);
-    let plan = plan(&sheet, asked, settings)?;
+    let mut plan = plan(&sheet, asked, settings)?;
     observer.check()?;
-    let (programs, commands) =
-        read_back(&loaded.name, &plan.toolpath, settings, (reporter, observer))?;
+    let told = (reporter, observer);
+    let (programs, commands) = read_back(&loaded.name, &mut plan.toolpath, settings, told)?;
     let driven = drive(&commands, &plan, settings, reporter, observer)?;
     observer.stage("robot", 0);
     let columns = columns(&plan, settings)?;
@@ -104,7 +104,7 @@ pub(super) fn wall(
         files,
         checks,
         facts,
-        steps: reach::steps(along),
+        film: reach::film(along),
     })
 }
 
