@@ -1,10 +1,9 @@
 //! Still pictures of things in space: drawn here, written as PNG.
 
 pub mod draw;
-mod png;
 pub mod text;
 
-pub use png::write_png;
+use std::io::{self, Write};
 
 /// Red, green and blue of every pixel.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,5 +38,41 @@ impl Image {
         {
             *pixel = colour;
         }
+    }
+}
+
+/// Writes an image as PNG.
+///
+/// # Errors
+/// Those of the writer; an image without pixels.
+pub fn write_png(image: &Image, to: &mut dyn Write) -> io::Result<()> {
+    let [width, height] = image.size.map(|n| n as u32);
+    let mut encoder = png::Encoder::new(to, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(image.pixels.as_flattened())?;
+    Ok(writer.finish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_read_as_they_were_written() {
+        let mut image = Image::new([3, 2], [255, 255, 255]);
+        image.set([1, 1], [7, 200, 30]);
+        image.set([3, 0], [0; 3]);
+        let mut file = Vec::new();
+        write_png(&image, &mut file).unwrap();
+        let mut reader = png::Decoder::new(io::Cursor::new(file))
+            .read_info()
+            .unwrap();
+        let mut pixels = [0; 18];
+        reader.next_frame(&mut pixels).unwrap();
+        assert_eq!(pixels, image.pixels.as_flattened());
+        assert_eq!(pixels[12..15], [7, 200, 30]);
+        assert!(write_png(&Image::new([0, 3], [0; 3]), &mut Vec::new()).is_err());
     }
 }
