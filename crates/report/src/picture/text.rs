@@ -31,6 +31,24 @@ const LETTERS: [[u8; 5]; 95] = [
     [0x00, 0x00, 0x7F, 0x00, 0x00], [0x00, 0x41, 0x36, 0x08, 0x00], [0x08, 0x04, 0x08, 0x10, 0x08],
 ];
 
+/// A letter as it is drawn, and the dots that stand over it.
+fn drawn(letter: char) -> (char, [u8; 5]) {
+    const PAIR: [u8; 5] = [0, 1, 0, 1, 0];
+    const BARE: [u8; 5] = [0; 5];
+    match letter {
+        'ä' => ('a', PAIR),
+        'ö' => ('o', PAIR),
+        'ü' => ('u', PAIR),
+        'á' | 'à' | 'â' | 'å' => ('a', BARE),
+        'é' | 'è' | 'ê' => ('e', BARE),
+        'ó' | 'ò' | 'ô' | 'ø' => ('o', BARE),
+        'ç' => ('c', BARE),
+        'ñ' => ('n', BARE),
+        '−' | '–' => ('-', BARE),
+        other => (other, BARE),
+    }
+}
+
 /// From a letter to the next, dots.
 const ADVANCE: usize = 6;
 
@@ -42,10 +60,12 @@ pub fn width(words: &str, scale: usize) -> usize {
 /// Writes words with their upper left corner at `at`, a dot as `scale` pixels. Letters that it lacks are a question mark.
 pub fn write(image: &mut Image, words: &str, at: [usize; 2], scale: usize, colour: [u8; 3]) {
     for (i, letter) in words.chars().enumerate() {
+        let (letter, over) = drawn(letter);
         let index = (letter as usize).checked_sub(32);
         let columns = index.and_then(|i| LETTERS.get(i));
         let columns = columns.unwrap_or(&LETTERS[31]);
-        for (column, bits) in columns.iter().enumerate() {
+        for (column, (bits, over)) in columns.iter().zip(over).enumerate() {
+            let bits = bits | over;
             for row in (0..8).filter(|row| bits >> row & 1 == 1) {
                 let corner = [at[0] + (i * ADVANCE + column) * scale, at[1] + row * scale];
                 for (x, y) in (0..scale).flat_map(|x| (0..scale).map(move |y| (x, y))) {
@@ -53,5 +73,25 @@ pub fn write(image: &mut Image, words: &str, at: [usize; 2], scale: usize, colou
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Dots of words in ink.
+    fn dots(words: &str) -> usize {
+        let mut image = Image::new([width(words, 1), 8], [255; 3]);
+        write(&mut image, words, [0, 0], 1, [0; 3]);
+        image.rows().flatten().filter(|p| **p == [0; 3]).count()
+    }
+
+    #[test]
+    fn letters_of_makers_names_are_drawn() {
+        assert_eq!(dots("Stäubli"), dots("Staubli") + 2);
+        assert_eq!(dots("−1"), dots("-1"));
+        assert_eq!(dots("日"), dots("?"));
+        assert_eq!(dots(" "), 0);
     }
 }

@@ -13,6 +13,7 @@ use meltpath_robot::cell::{Arrangement, Cell};
 use meltpath_robot::collision::Body;
 use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::summary::CommandRecord;
+use rayon::prelude::*;
 
 use super::machine::machine;
 use crate::waam::drive::film::{Film, Moment, Step, timed};
@@ -76,20 +77,24 @@ pub(super) fn write(
         "check or fact",
     ];
     let mut told = Table::new("Key moments", &columns);
-    for moment in &film.moments {
-        let Some((time, step)) = when(build, film, moment) else {
-            continue;
-        };
+    let shown = film.moments.iter().filter_map(|moment| {
+        let (time, step) = when(build, film, moment)?;
+        Some((moment, value(build, moment), time, step))
+    });
+    let shown: Vec<_> = shown.collect();
+    let images: Vec<Image> = shown
+        .par_iter()
+        .map(|(moment, value, time, step)| picture(build, (moment, value), (*time, step)))
+        .collect();
+    for ((moment, value, time, step), image) in shown.iter().zip(&images) {
         let name = format!("pictures/{}.png", moment.name);
-        let value = value(build, moment);
-        let image = picture(build, (moment, &value), (time, &step));
-        folder.write(&name, |to| write_png(&image, to))?;
+        folder.write(&name, |to| write_png(image, to))?;
         let layer = layer(build, step.command);
         told.rows.push(vec![
             table::Cell::text(&name),
             table::Cell::text(moment.title),
-            table::Cell::text(&value),
-            table::Cell::Duration(time),
+            table::Cell::text(value),
+            table::Cell::Duration(*time),
             table::Cell::Fixed(f64::from(layer), 0),
             table::Cell::text(moment.id),
         ]);
