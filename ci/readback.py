@@ -151,12 +151,15 @@ def main(arguments):
     print(folder)
     files = sorted(p for p in folder.rglob("*") if p.suffix in READERS)
     tables = [*folder.rglob("*.csv"), *folder.rglob("*.parquet")]
-    expect(files or tables, f"{folder}: neither ParaView files nor tables")
+    histories = sorted(folder.rglob("*.jsonl"))
+    expect(files or tables or histories, f"{folder}: neither ParaView files nor tables nor histories")
     for path in files:
         check_vtk(path)
     for path in sorted(folder.rglob("*.pvd")):
         check_collection(path)
     check_tables(folder)
+    for path in histories:
+        expect(len(pd.read_json(path, lines=True)) > 0, f"{path}: no tests")
     for path in sorted(folder.rglob("*.stl")):
         check_stl(path)
     check_json(folder)
