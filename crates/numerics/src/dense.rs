@@ -17,6 +17,9 @@
 //! | singular values and vectors | 4 | 17 | 24 | roundings |
 //! | smallest singular value, columns over 24 decades | 4 | 18 | 37 | 1e-14 / no digit |
 //!
+//! Since then eigenvalues here take 1.6, 2.3 and 4 times less (rows are turned as they lie in memory, and only within the window that
+//! has not settled), with the same bits.
+//!
 //! The rooms factor matrices of a few tens of rows, where a whole decomposition takes milliseconds at most (120: 54 ms): speed buys
 //! nothing that a user sees. Plants in volts, amperes and radians are scaled over decades, and there Jacobi's method keeps digits that
 //! bidiagonalisation loses. A program of these few calls took 114 CPU-seconds to build with
@@ -36,7 +39,7 @@ pub use balance::balance;
 pub use exponential::exponential;
 pub(crate) use factor::Reflector;
 pub use factor::{Factored, solve};
-pub use schur::{Schur, eigenvalues};
+pub use schur::{Schur, eigenvalues, hessenberg_form};
 pub use singular::{Singular, largest_singular_value, singular_values, smallest_singular_value};
 pub use sylvester::{lyapunov, lyapunov_discrete, sylvester};
 pub use symmetric::{Symmetric, symmetric_eigen};

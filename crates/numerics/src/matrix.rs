@@ -177,6 +177,12 @@ impl<T: Scalar> Matrix<T> {
         &mut self.data[i * self.columns..(i + 1) * self.columns]
     }
 
+    /// Neighbouring rows as slices to write to, all at once.
+    pub(crate) fn rows_mut(&mut self, rows: Range<usize>) -> impl Iterator<Item = &mut [T]> {
+        let columns = self.columns;
+        self.data[rows.start * columns..rows.end * columns].chunks_exact_mut(columns.max(1))
+    }
+
     /// The rows as nested vectors, for files and tests.
     pub fn to_rows(&self) -> Vec<Vec<T>> {
         (0..self.rows).map(|i| self.row_slice(i).to_vec()).collect()

@@ -67,7 +67,8 @@ fn kept(plant: &GeneralizedPlant, found: &Synthesis) -> bool {
     let poles = closed.poles().unwrap();
     let seen = poles
         .iter()
-        .flat_map(|p| [p.norm(), p.im.abs()])
+        .filter(|p| p.im >= 0.0)
+        .flat_map(|p| [p.norm(), p.im])
         .map(|omega| largest_singular_value(&closed.response(omega)))
         .fold(0.0, f64::max);
     poles.iter().all(|p| p.re < 0.0) && seen <= found.bound * (1.0 + 1e-6)

@@ -148,28 +148,75 @@ impl Reflector {
 
     /// Rows `top..` of the given columns.
     pub(crate) fn apply_left(&self, a: &mut Matrix, top: usize, columns: std::ops::Range<usize>) {
-        for j in columns {
-            let dot: f64 = self
-                .v
-                .iter()
-                .enumerate()
-                .map(|(i, v)| v * a[(top + i, j)])
-                .sum();
-            let factor = self.beta * dot;
-            for (i, v) in self.v.iter().enumerate() {
-                a[(top + i, j)] -= factor * v;
+        let mut rows = a
+            .rows_mut(top..top + self.v.len())
+            .map(|row| &mut row[columns.clone()]);
+        // along the rows, which lie together in memory; each column's sum is taken in the same order however many rows there are
+        match self.v[..] {
+            [v0, v1] => {
+                let [Some(x), Some(y)] = [rows.next(), rows.next()] else {
+                    return;
+                };
+                for (x, y) in x.iter_mut().zip(y) {
+                    let factor = self.beta * (v0 * *x + v1 * *y);
+                    *x -= factor * v0;
+                    *y -= factor * v1;
+                }
+            }
+            [v0, v1, v2] => {
+                let [Some(x), Some(y), Some(z)] = [rows.next(), rows.next(), rows.next()] else {
+                    return;
+                };
+                for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+                    let factor = self.beta * (v0 * *x + v1 * *y + v2 * *z);
+                    *x -= factor * v0;
+                    *y -= factor * v1;
+                    *z -= factor * v2;
+                }
+            }
+            _ => {
+                let mut factors = vec![0.0; columns.len()];
+                let mut rows: Vec<_> = rows.collect();
+                for (row, v) in rows.iter().zip(&self.v) {
+                    for (factor, x) in factors.iter_mut().zip(row.iter()) {
+                        *factor += v * x;
+                    }
+                }
+                for factor in &mut factors {
+                    *factor *= self.beta;
+                }
+                for (row, v) in rows.iter_mut().zip(&self.v) {
+                    for (factor, x) in factors.iter().zip(row.iter_mut()) {
+                        *x -= factor * v;
+                    }
+                }
             }
         }
     }
 
     /// Columns `left..` of the given rows.
     pub(crate) fn apply_right(&self, a: &mut Matrix, left: usize, rows: std::ops::Range<usize>) {
-        for i in rows {
-            let row = &mut a.row_slice_mut(i)[left..left + self.v.len()];
-            let dot: f64 = row.iter().zip(&self.v).map(|(x, v)| x * v).sum();
-            let factor = self.beta * dot;
-            for (x, v) in row.iter_mut().zip(&self.v) {
-                *x -= factor * v;
+        let columns = left..left + self.v.len();
+        let rows = a.rows_mut(rows).map(|row| &mut row[columns.clone()]);
+        match self.v[..] {
+            [v0, v1, v2] => {
+                for row in rows {
+                    if let [x, y, z] = row {
+                        let factor = self.beta * (*x * v0 + *y * v1 + *z * v2);
+                        *x -= factor * v0;
+                        *y -= factor * v1;
+                        *z -= factor * v2;
+                    }
+                }
+            }
+            _ => {
+                for row in rows {
+                    let dot: f64 = row.iter().zip(&self.v).map(|(x, v)| x * v).sum();
+                    let factor = self.beta * dot;
+                    for (x, v) in row.iter_mut().zip(&self.v) {
+                        *x -= factor * v;
+                    }
+                }
             }
         }
     }

@@ -34,7 +34,10 @@ impl Schur {
         let mut vectors = Matrix::identity(a.rows());
         hessenberg(&mut form, Some(&mut vectors));
         francis(&mut form, Some(&mut vectors))?;
-        Ok(Schur { vectors, form })
+        Ok(Schur {
+            vectors: vectors.transpose(),
+            form,
+        })
     }
 
     /// The eigenvalues, in the order of the diagonal.
@@ -56,6 +59,14 @@ impl Schur {
     /// Moves every eigenvalue for which `first` holds before all others, keeping the order within both groups; returns how
     /// many there are. Both members of a complex pair move together.
     pub fn order(&mut self, first: impl Fn(Complex64) -> bool) -> usize {
+        let mut vectors = self.vectors.transpose();
+        let count = self.moved_up(first, &mut vectors);
+        self.vectors = vectors.transpose();
+        count
+    }
+
+    /// As [`Schur::order`], beside the transposed vectors.
+    fn moved_up(&mut self, first: impl Fn(Complex64) -> bool, vectors: &mut Matrix) -> usize {
         let mut done = 0;
         loop {
             let next = blocks(&self.form)
@@ -67,67 +78,27 @@ impl Schur {
             let mut start = block.start;
             while start > done {
                 let above = usize::from(start >= 2 && self.form[(start - 1, start - 2)] != 0.0) + 1;
-                self.exchange(start - above, above, size);
+                exchange(&mut self.form, vectors, start - above, (above, size));
                 start -= above;
             }
             done = start + size;
         }
     }
+}
 
-    /// Exchanges the adjacent diagonal blocks of `p` and `q` rows that begin at `at`.
-    fn exchange(&mut self, at: usize, p: usize, q: usize) {
-        let t = &mut self.form;
-        let n = t.rows();
-        // the invariant subspace of the lower block is spanned by [V; I] with T11 V - V T22 = -T12
-        let size = p * q;
-        let mut system = Matrix::zeros(size, size);
-        let mut right = Matrix::zeros(size, 1);
-        for i in 0..p {
-            for j in 0..q {
-                let row = i * q + j;
-                right[(row, 0)] = -t[(at + i, at + p + j)];
-                for k in 0..p {
-                    system[(row, k * q + j)] += t[(at + i, at + k)];
-                }
-                for k in 0..q {
-                    system[(row, i * q + k)] -= t[(at + p + k, at + p + j)];
-                }
-            }
-        }
-        let v = match Factored::new(&system) {
-            Ok(factored) => factored.solve(&right),
-            // equal eigenvalues: the exchange changes nothing that matters
-            Err(_) => return,
-        };
-        let mut basis = Matrix::zeros(p + q, q);
-        for i in 0..p {
-            for j in 0..q {
-                basis[(i, j)] = v[(i * q + j, 0)];
-            }
-        }
-        for j in 0..q {
-            basis[(p + j, j)] = 1.0;
-        }
-        for k in 0..q {
-            let column: Vec<f64> = (k..p + q).map(|i| basis[(i, k)]).collect();
-            if let Some(reflector) = Reflector::new(&column) {
-                reflector.apply_left(&mut basis, k, k..q);
-                reflector.apply_left(t, at + k, 0..n);
-                reflector.apply_right(t, at + k, 0..n);
-                reflector.apply_right(&mut self.vectors, at + k, 0..n);
-            }
-        }
-        for i in at + q..at + p + q {
-            for j in at..at + q {
-                t[(i, j)] = 0.0;
-            }
-        }
-        for (start, size) in [(at, q), (at + q, p)] {
-            if size == 2 {
-                split(t, Some(&mut self.vectors), start);
-            }
-        }
-    }
+/// U and H with A = U H Uᵀ, U orthogonal, and nothing in H more than one place below the diagonal.
+///
+/// ```
+/// use meltpath_numerics::{dense, Matrix};
+/// let a = Matrix::from_fn(4, 4, |i, j| 1.0 / (1.0 + i as f64 + 2.0 * j as f64));
+/// let (u, h) = dense::hessenberg_form(&a);
+/// assert!((&u * &h * u.transpose() - a).norm() < 1e-15 && h[(3, 0)] == 0.0 && h[(3, 1)] == 0.0);
+/// ```
+pub fn hessenberg_form(a: &Matrix) -> (Matrix, Matrix) {
+    let mut form = a.clone();
+    let mut vectors = Matrix::identity(a.rows());
+    hessenberg(&mut form, Some(&mut vectors));
+    (vectors.transpose(), form)
 }
 
 /// The eigenvalues of a square real matrix, after balancing.
@@ -190,7 +161,62 @@ fn eigenvalues_of_block(form: &Matrix, block: &Range<usize>) -> (Complex64, Opti
     (root, Some(root.conj()))
 }
 
-/// Upper Hessenberg form in place; `vectors` is multiplied on the right by the transformation.
+/// Exchanges the adjacent diagonal blocks of `p` and `q` rows that begin at `at`; `vectors` transposed.
+fn exchange(t: &mut Matrix, vectors: &mut Matrix, at: usize, (p, q): (usize, usize)) {
+    let n = t.rows();
+    // the invariant subspace of the lower block is spanned by [V; I] with T11 V - V T22 = -T12
+    let size = p * q;
+    let mut system = Matrix::zeros(size, size);
+    let mut right = Matrix::zeros(size, 1);
+    for i in 0..p {
+        for j in 0..q {
+            let row = i * q + j;
+            right[(row, 0)] = -t[(at + i, at + p + j)];
+            for k in 0..p {
+                system[(row, k * q + j)] += t[(at + i, at + k)];
+            }
+            for k in 0..q {
+                system[(row, i * q + k)] -= t[(at + p + k, at + p + j)];
+            }
+        }
+    }
+    let v = match Factored::new(&system) {
+        Ok(factored) => factored.solve(&right),
+        // equal eigenvalues: the exchange changes nothing that matters
+        Err(_) => return,
+    };
+    let mut basis = Matrix::zeros(p + q, q);
+    for i in 0..p {
+        for j in 0..q {
+            basis[(i, j)] = v[(i * q + j, 0)];
+        }
+    }
+    for j in 0..q {
+        basis[(p + j, j)] = 1.0;
+    }
+    for k in 0..q {
+        let column: Vec<f64> = (k..p + q).map(|i| basis[(i, k)]).collect();
+        if let Some(reflector) = Reflector::new(&column) {
+            reflector.apply_left(&mut basis, k, k..q);
+            reflector.apply_left(t, at + k, 0..n);
+            reflector.apply_right(t, at + k, 0..n);
+            reflector.apply_left(vectors, at + k, 0..n);
+        }
+    }
+    for i in at + q..at + p + q {
+        for j in at..at + q {
+            t[(i, j)] = 0.0;
+        }
+    }
+    for (start, size) in [(at, q), (at + q, p)] {
+        if size == 2 {
+            split(t, Some(vectors), start);
+        }
+    }
+}
+
+/// Upper Hessenberg form in place. `vectors` is the transpose of what is multiplied on the right by the transformation, here and below:
+/// its rows lie together in memory.
 fn hessenberg(a: &mut Matrix, mut vectors: Option<&mut Matrix>) {
     let n = a.rows();
     for k in 0..n.saturating_sub(2) {
@@ -199,7 +225,7 @@ fn hessenberg(a: &mut Matrix, mut vectors: Option<&mut Matrix>) {
             reflector.apply_left(a, k + 1, k..n);
             reflector.apply_right(a, k + 1, 0..n);
             if let Some(u) = vectors.as_deref_mut() {
-                reflector.apply_right(u, k + 1, 0..n);
+                reflector.apply_left(u, k + 1, 0..n);
             }
             for i in k + 2..n {
                 a[(i, k)] = 0.0;
@@ -257,6 +283,12 @@ fn francis(h: &mut Matrix, mut vectors: Option<&mut Matrix>) -> Result<(), Dense
 fn sweep(h: &mut Matrix, mut vectors: Option<&mut Matrix>, start: usize, end: usize, count: usize) {
     let n = h.rows();
     let last = end - 1;
+    // without vectors what lies beside the window is asked for by nobody: eigenvalues need the window alone
+    let (top, right) = if vectors.is_some() {
+        (0, n)
+    } else {
+        (start, end)
+    };
     let (sum, product) = if count.is_multiple_of(10) {
         // an exceptional shift breaks the rare cycles of the ordinary one
         let s = h[(last, last - 1)].abs() + h[(last - 1, last - 2)].abs();
@@ -283,10 +315,10 @@ fn sweep(h: &mut Matrix, mut vectors: Option<&mut Matrix>, start: usize, end: us
             }
         }
         if let Some(reflector) = Reflector::new(&bulge[..rows]) {
-            reflector.apply_left(h, k, k.saturating_sub(1)..n);
-            reflector.apply_right(h, k, 0..(k + rows + 1).min(end));
+            reflector.apply_left(h, k, k.saturating_sub(1)..right);
+            reflector.apply_right(h, k, top..(k + rows + 1).min(end));
             if let Some(u) = vectors.as_deref_mut() {
-                reflector.apply_right(u, k, 0..n);
+                reflector.apply_left(u, k, 0..n);
             }
             if k > start {
                 for i in 1..rows {
@@ -319,21 +351,21 @@ fn split(h: &mut Matrix, vectors: Option<&mut Matrix>, at: usize) {
     let length = x.hypot(c);
     let (cosine, sine) = (x / length, c / length);
     let n = h.rows();
-    for j in 0..n {
-        let (top, bottom) = (h[(at, j)], h[(at + 1, j)]);
-        h[(at, j)] = cosine * top + sine * bottom;
-        h[(at + 1, j)] = cosine * bottom - sine * top;
-    }
-    let rotate_columns = |m: &mut Matrix| {
-        for i in 0..n {
-            let (left, right) = (m[(i, at)], m[(i, at + 1)]);
-            m[(i, at)] = cosine * left + sine * right;
-            m[(i, at + 1)] = cosine * right - sine * left;
+    let rotate_rows = |m: &mut Matrix| {
+        for j in 0..n {
+            let (top, bottom) = (m[(at, j)], m[(at + 1, j)]);
+            m[(at, j)] = cosine * top + sine * bottom;
+            m[(at + 1, j)] = cosine * bottom - sine * top;
         }
     };
-    rotate_columns(h);
+    rotate_rows(h);
+    for i in 0..n {
+        let (left, right) = (h[(i, at)], h[(i, at + 1)]);
+        h[(i, at)] = cosine * left + sine * right;
+        h[(i, at + 1)] = cosine * right - sine * left;
+    }
     if let Some(u) = vectors {
-        rotate_columns(u);
+        rotate_rows(u);
     }
     h[(at + 1, at)] = 0.0;
 }
