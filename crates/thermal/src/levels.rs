@@ -17,9 +17,11 @@ mod ground;
 mod matter;
 mod offsets;
 mod pace;
+mod set_pace;
 mod step;
 mod tile;
 mod tree;
+mod watching;
 
 use meltpath_base::Cancelled;
 
@@ -198,7 +200,7 @@ pub struct Levels {
     ledger: Ledger,
     stored_at_start: f64,
     updates: u64,
-    watching: draw::Watching,
+    watching: watching::Watching,
 }
 
 impl Levels {
@@ -245,7 +247,7 @@ impl Levels {
             ledger: Ledger::default(),
             stored_at_start: 0.0,
             updates: 0,
-            watching: draw::Watching::default(),
+            watching: watching::Watching::default(),
         };
         solver.first_tiles(roots, tracked);
         solver.stored_at_start = solver.stored_absolute();

@@ -3,6 +3,7 @@
 use meltpath_base::Observer;
 
 use super::tile::{N, PLANE};
+use super::watching::Watching;
 use super::{Levels, LevelsError};
 use crate::beam::{Beam, BeamPath};
 use crate::grid::between;
@@ -14,17 +15,6 @@ use crate::solver::watch::Watch;
 const STAGES: u64 = 1000;
 /// How long what the last line heats may grow hotter after the path's end, s.
 const AFTER: f64 = 1e-3;
-
-/// Where temperatures are told, and what was told.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Watching {
-    pub(super) places: Vec<[f64; 3]>,
-    /// s.
-    every: f64,
-    /// When they are told next, s.
-    due: f64,
-    pub(super) samples: Vec<Sample>,
-}
 
 impl Levels {
     /// Draws `path`, the beam midway of each step of the finest level, or midway of each stretch where it jumps or is switched
