@@ -17,7 +17,7 @@
 //! | singular values and vectors | 4 | 17 | 24 | roundings |
 //! | smallest singular value, columns over 24 decades | 4 | 18 | 37 | 1e-14 / no digit |
 //!
-//! Since then eigenvalues here take 1.6, 2.3 and 4 times less (rows are turned as they lie in memory, and only within the window that
+//! Since then eigenvalues here take 1.6 to 4 times less (rows are turned as they lie in memory, and only within the window that
 //! has not settled), with the same bits.
 //!
 //! The rooms factor matrices of a few tens of rows, where a whole decomposition takes milliseconds at most (120: 54 ms): speed buys
