@@ -16,6 +16,12 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// Smallest and largest coordinates of some points; nothing where there are none.
+pub fn bounds(mut points: impl Iterator<Item = DVec3>) -> Option<(DVec3, DVec3)> {
+    let first = points.next()?;
+    Some(points.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
+}
+
 impl Mesh {
     /// The corner positions of triangle `t`.
     ///
@@ -26,12 +32,7 @@ impl Mesh {
 
     /// Smallest and largest coordinates over the vertices, or `None` for a mesh without vertices.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let first = *self.vertices.first()?;
-        Some(
-            self.vertices
-                .iter()
-                .fold((first, first), |(lo, hi), &v| (lo.min(v), hi.max(v))),
-        )
+        bounds(self.vertices.iter().copied())
     }
 
     /// Surface area, mm².

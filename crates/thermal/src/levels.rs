@@ -8,6 +8,7 @@
 //! lost. Laws, surface, source and the sums in a cell are those of [`crate::solver`], which this one is held against on its
 //! own finest cells.
 
+mod around;
 mod bell;
 mod conduct;
 mod cool;
@@ -42,7 +43,8 @@ pub use matter::{Frame, Matter};
 /// How `θ` may bend from cell to cell, as kelvins of the solid's conductivity at the solidus: a tile that bends more is divided,
 /// four that bend less than an eighth become one.
 pub const BEND: f64 = 300.0;
-/// Cells of a level go this many of their edges deep at least; below, those of the next coarser one lie.
+/// Cells of a level go this many of their edges deep at least; below, those of the next coarser one lie. Ours: five to ten, and cells
+/// as deep as the ground, gave the same highest temperatures (docs/theory/heat.md).
 const DEEP: f64 = 6.0;
 /// Tiles no warmer than this above the start temperature sleep where their neighbours do, K.
 const COLD: f64 = 2.0;

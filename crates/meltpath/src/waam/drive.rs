@@ -3,6 +3,7 @@
 pub(crate) mod arm_way;
 pub(crate) mod axes;
 pub(crate) mod columns;
+pub(crate) mod divide;
 pub(crate) mod division;
 pub(crate) mod driven;
 pub(crate) mod film;
@@ -10,7 +11,6 @@ pub(crate) mod hold;
 pub(crate) mod key_moments;
 pub(crate) mod lean;
 pub(crate) mod over;
-pub(crate) mod parted;
 pub(crate) mod reach;
 pub mod record;
 pub(crate) mod travels;

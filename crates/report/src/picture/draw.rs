@@ -1,6 +1,7 @@
 //! Triangles and lines in space, drawn with a depth for each pixel from far away.
 
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::mesh::bounds;
 
 use super::Image;
 
@@ -56,14 +57,10 @@ impl Camera {
     /// The scale at which some points fit into a size, and the middle that they have then.
     #[must_use]
     pub fn fitted(self, points: impl Iterator<Item = DVec3>, size: [f64; 2]) -> Self {
-        let (low, high) = points
-            .map(|p| self.seen(p))
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-                (low.min(p), high.max(p))
-            });
-        if !(low.is_finite() && high.is_finite()) {
+        let Some((low, high)) = bounds(points.map(|p| self.seen(p)).filter(|p| p.is_finite()))
+        else {
             return self;
-        }
+        };
         let (middle, span) = (0.5 * (low + high), (high - low).max(DVec3::splat(1.0)));
         Camera {
             middle: self.middle + middle.x * self.right + middle.y * self.up,

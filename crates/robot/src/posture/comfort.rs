@@ -14,7 +14,7 @@ const COMFORT: f64 = 0.35;
 pub(super) const MOTION: f64 = 1e-3;
 
 /// A length that weighs as much as a radian: of distance from a singularity, or of a track's way, mm.
-pub(super) const REACH: f64 = 1000.0;
+pub const REACH: f64 = 1000.0;
 
 /// A joint farther than this from the middle of its limits is wound up, rad.
 const WOUND: f64 = 0.75 * TAU;

@@ -65,8 +65,16 @@ pub(crate) struct Conduct<'a> {
     pub(crate) under: Under<'a>,
     /// What the four finer tiles on a trunk gave it during this step.
     pub(crate) over: [Option<&'a [f32]>; 4],
-    /// Whether what lies beside, coarser or slower, and the trunk below begin a step with this one.
-    pub(crate) first: ([bool; 4], bool),
+    pub(crate) first: First,
+}
+
+/// Whether what takes a tile's heat at the end of its own longer step begins one with this step: what was given before is taken.
+#[derive(Clone, Copy)]
+pub(crate) struct First {
+    /// What lies beside, coarser or slower.
+    pub(crate) beside: [bool; 4],
+    /// The trunk below.
+    pub(crate) below: bool,
 }
 
 impl CellLoop for Conduct<'_> {
@@ -344,7 +352,7 @@ fn conduct(step: Conduct) {
             conduct_powder(formulas, &around, &mut cells);
         }
         if lowest {
-            let sum = downwards(&plane, own, &beneath, &mut tile.down, first.1);
+            let sum = downwards(&plane, own, &beneath, &mut tile.down, first.below);
             if matches!(under, Under::Held(_)) {
                 left += sum * area * f64::from(plane.height);
             }
@@ -353,7 +361,7 @@ fn conduct(step: Conduct) {
             across,
             theta: &theta,
             share: (!dense).then_some(&share),
-            first: first.0,
+            first: first.beside,
             row: (k - base) * N,
             finer: k.saturating_sub(split) * N,
         };

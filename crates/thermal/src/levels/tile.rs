@@ -23,7 +23,7 @@ const LAG: f32 = 0.005;
 pub(crate) const SIDES: [[isize; 2]; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
 
 /// How the highest planes froze; values of [`FOLLOWED`] planes, bottom first.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Froze {
     pub(crate) before: Vec<f32>,
     /// Time above the liquidus, s.
@@ -158,12 +158,7 @@ impl Tile {
             values.truncate(cells);
         }
         self.peak.clear();
-        self.froze = Froze {
-            before: Vec::new(),
-            above: Vec::new(),
-            fell: Vec::new(),
-            rate: Vec::new(),
-        };
+        self.froze = Froze::default();
         self
     }
 

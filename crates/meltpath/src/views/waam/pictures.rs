@@ -3,6 +3,7 @@
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
+use meltpath_geometry::mesh::bounds;
 use meltpath_geometry::shapes::cuboid;
 use meltpath_geometry::{Mesh, Pose};
 use meltpath_report::number::duration;
@@ -36,7 +37,7 @@ const OVER: f64 = 0.38;
 const SQUARE: f64 = 250.0;
 /// Beads are drawn within this of their arcs, mm.
 const CHORD: f64 = 0.5;
-/// The plate reaches so far beyond the beads, mm.
+/// The plate reaches so far beyond the beads where the job says no size, mm.
 const PLATE: f64 = 25.0;
 
 const PAPER: [u8; 3] = [255, 255, 255];
@@ -233,12 +234,6 @@ fn laid(build: &Build<'_>, about: bool, (time, part): (f64, Pose)) -> Vec<Shape>
         let of_layer = (layer(build, command) % 2) as usize;
         ridge(&mut beads[of_layer], ends, up, (half, high));
     }
-    // the plate is that of the whole build
-    let ends = pieces(build, f64::INFINITY);
-    let ends = ends.iter().flat_map(|(_, ends, _)| ends);
-    let (low, high) = ends.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-        (low.min(*p), high.max(*p))
-    });
     let mut shapes: Vec<Shape> = beads
         .iter()
         .zip(BEAD)
@@ -247,15 +242,26 @@ fn laid(build: &Build<'_>, about: bool, (time, part): (f64, Pose)) -> Vec<Shape>
             colour: if about { NOW } else { colour },
         })
         .collect();
-    if low.is_finite() {
-        let thick = build.settings.plate_thickness.max(1.0);
-        let plate = cuboid((low - PLATE).with_z(-thick), (high + PLATE).with_z(-0.05));
-        shapes.push(Shape {
-            mesh: placed(&plate, part),
-            colour: BASE_METAL,
-        });
-    }
+    shapes.extend(plate(build).map(|plate| Shape {
+        mesh: placed(&plate, part),
+        colour: BASE_METAL,
+    }));
     shapes
+}
+
+/// The plate under the whole build, in the part: of the size that the job says, its middle under that of the beads.
+fn plate(build: &Build<'_>) -> Option<Mesh> {
+    let beads = pieces(build, f64::INFINITY);
+    let (low, high) = bounds(beads.iter().flat_map(|(_, ends, _)| *ends))?;
+    let half = match build.settings.plate {
+        Some([length, width]) => 0.5 * DVec3::new(length, width, 0.0),
+        None => 0.5 * (high - low) + PLATE,
+    };
+    let middle = 0.5 * (low + high);
+    let thick = build.settings.plate_thickness.max(1.0);
+    // a little below the beads, so that one of both is seen where they touch
+    let (low, high) = (middle - half, middle + half);
+    Some(cuboid(low.with_z(-thick), high.with_z(-0.05)))
 }
 
 /// A piece of a bead: round on top, flat below.
@@ -374,12 +380,9 @@ fn head(
 
 /// Squares on the floor under all that is shown.
 fn floor(drawing: &mut Drawing, points: impl Iterator<Item = DVec3>) {
-    let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
-    if !(low.is_finite() && high.is_finite()) {
+    let Some((low, high)) = bounds(points.filter(|p| p.is_finite())) else {
         return;
-    }
+    };
     let first = (low / SQUARE).floor() - 1.0;
     let last = ((high / SQUARE).ceil() + 1.0).min(first + 200.0);
     let z = low.z.min(0.0);

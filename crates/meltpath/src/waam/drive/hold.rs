@@ -19,9 +19,9 @@ use meltpath_toolpath::Toolpath;
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::columns as metal;
+use crate::waam::drive::divide;
 use crate::waam::drive::division::Division;
 use crate::waam::drive::over;
-use crate::waam::drive::parted;
 use crate::waam::program::wanted::{Asked, Torch};
 use crate::waam::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
 use crate::waam::settings::Settings;
@@ -211,7 +211,7 @@ fn looked_for(
         Ok(changes) if !changes.is_empty() => changes,
         Ok(_) => return Ok(none),
         Err(_) => {
-            let divisions = parted::divisions(&task, &moves, settings, observer);
+            let divisions = divide::divisions(&task, &moves, settings, observer);
             observer.check()?;
             return Ok(Err(divisions));
         }

@@ -2,12 +2,9 @@
 
 use meltpath_geometry::math::DVec3;
 use meltpath_robot::collision::{Body, Closest};
-use meltpath_robot::posture::{Least, Margins};
+use meltpath_robot::posture::{Least, Margins, REACH};
 
 use crate::waam::drive::axes::axis;
-
-/// A length that weighs as much as a radian where singularities are compared, mm: as the search for a way weighs them.
-const REACH: f64 = 1000.0;
 
 /// A moment that decides.
 #[derive(Debug, Clone, PartialEq)]

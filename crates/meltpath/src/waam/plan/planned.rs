@@ -4,8 +4,8 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_toolpath::Toolpath;
 
 use crate::stages::part::Part;
+use crate::waam::drive::divide;
 use crate::waam::drive::hold;
-use crate::waam::drive::parted;
 use crate::waam::drive::travels;
 use crate::waam::error::WaamError;
 use crate::waam::plan::{self, Plan};
@@ -57,11 +57,11 @@ pub(in crate::waam) fn read_back(
         if divisions.is_empty() {
             break;
         }
-        let Some(divided) = parted::divided(&tried, &divisions) else {
+        let Some(divided) = divide::divided(&tried, &divisions) else {
             break;
         };
         tried = divided;
-        known = parted::counted(&known, &divisions);
+        known = divide::counted(&known, &divisions);
         // what is to be told of the plan was told of the whole beads
         let (programs, mut commands) =
             written(name, &tried, settings, (&Reporter::new(), observer))?;
