@@ -165,6 +165,8 @@ def compare(arguments, name, expected, groups, others):
     if not arguments.no_run:
         run_step(arguments.binary.resolve(), expected, folder)
     said = folder.with_suffix(".json").read_text(encoding="utf-8")
+    for other in expected["after"]:
+        said = re.sub(re.escape(folder.with_name(other).as_posix()) + r"(?![\w-])", f"{{{other}}}", said)
     found = expected | found_in(json.loads(said or '{"exit_code": -1}'))
     code = found["exit"]
     said = list(differences(expected, found, groups))
