@@ -519,14 +519,13 @@ pub(in crate::ebm) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
         return facts;
     };
     let (hottest, [i, j, k]) = shown.tally.hottest;
-    let place = if hottest.is_finite() {
-        Place::at(shown.highest.grid.centre(i, j, k).to_array())
-    } else {
-        Place::default()
-    };
-    let celsius = Measure::exact(hottest - CELSIUS, "°C");
-    let title = "hottest place of the region";
-    facts.push(Fact::new("hottest", title, celsius, shown.words).at(place));
+    // of a region without area no place is the hottest
+    if hottest.is_finite() {
+        let place = Place::at(shown.highest.grid.centre(i, j, k).to_array());
+        let celsius = Measure::exact(hottest - CELSIUS, "°C");
+        let title = "hottest place of the region";
+        facts.push(Fact::new("hottest", title, celsius, shown.words).at(place));
+    }
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
         facts.extend(path.ends.passed.iter().filter_map(Passed::fact));

@@ -162,6 +162,11 @@ fn wanted(settings: &Settings, [power, spot]: [f64; 2]) -> ChartSettings {
             .min(settings.job.charts.stop.0),
         cell: settings.job.charts.spacing.0,
         reach: 3.5 * settings.job.ebm.penetration.0,
+        cold: {
+            // the thesis' 800 °C over a bed at 750 °C
+            let [start, solidus] = [settings.material.start, settings.material.solidus];
+            (start + 50.0).min(0.5 * (start + solidus))
+        },
         ..ChartSettings::for_beam(power, spot)
     }
 }
