@@ -478,8 +478,23 @@ fn material(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Loaded, V
         density: *ebm.density,
         ..Readings::default()
     };
-    let loaded = load(&ebm.material, readings, folder).map_err(|e| e.at(&ebm.material))?;
+    let mut loaded = load(&ebm.material, readings, folder).map_err(|e| e.at(&ebm.material))?;
     loaded.tell(r);
+    let metal = &mut loaded.material;
+    let bed = ebm.preheat.or_computed(r, Temperature(metal.start)).0;
+    if !(metal.range[0]..metal.solidus).contains(&bed) {
+        let message = format!(
+            "the bed is at {}; the laws of {} hold from {}, and it melts from {}",
+            Temperature(bed),
+            metal.name,
+            Temperature(metal.range[0]),
+            Temperature(metal.solidus)
+        );
+        let help =
+            "give a temperature between these, or a material file of your own whose laws reach it";
+        return Err(vec![ebm.preheat.problem(message).help(help)]);
+    }
+    metal.start = bed;
     Ok(loaded)
 }
 

@@ -84,6 +84,8 @@ table! {
         focus: String => default("a1-beraud-2016", "the machine of Béraud 2016");
         /// The machine's gun: a name in `data/guns`, or a TOML file of your own. The solver of `[judge]` draws the path as it draws it.
         gun: String => none("a beam that is where the path says, with the power it says");
+        /// Temperature of the bed when the beam comes to a layer: what preheating leaves.
+        preheat: Temperature => computed("the material's start temperature");
         /// Beam diameter whatever the focus, in place of a calibration.
         diameter: Length where positive => none("that of the focus calibration");
         /// Share of the beam power that becomes heat.

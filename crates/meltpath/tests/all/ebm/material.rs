@@ -18,11 +18,16 @@ fn job(folder: &Path, material: &str) -> PathBuf {
     write(folder, "job.toml", super::previewed(&text))
 }
 
-/// Highest temperature of the hottest voxel, °C.
-fn hottest(run: &Path) -> f64 {
+/// Highest temperatures of the molten voxels, °C.
+fn highest(run: &Path) -> Vec<f64> {
     let text = std::fs::read_to_string(run.join("series/voxels.csv")).unwrap();
     let of = |line: &str| line.split(',').nth(3).unwrap().parse::<f64>().unwrap();
-    text.lines().skip(1).map(of).fold(0.0, f64::max)
+    text.lines().skip(1).map(of).collect()
+}
+
+/// Of the hottest voxel, °C.
+fn hottest(run: &Path) -> f64 {
+    highest(run).into_iter().fold(0.0, f64::max)
 }
 
 #[test]
@@ -67,6 +72,48 @@ fn a_material_of_ones_own_is_used_and_kept() {
     let same =
         compare::compare(&own, Some(&voxels), NextIn(&folder.join("same")), &Silent).unwrap();
     assert!(same.parts[0].apart.worst.difference().abs() < 0.1);
+}
+
+/// Both solvers begin at the bed's temperature, and more melts and leaves as vapour on a hotter one.
+#[test]
+fn a_bed_as_hot_as_the_job_says() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let preheated = |bed: &str| {
+        let text = std::fs::read_to_string(job(folder, "ti6al4v-ebm")).unwrap();
+        let ebm = format!("[ebm]\npreheat = \"{bed}\"");
+        let text = text.replace("[ebm]", &ebm).replace(
+            "[judge]\nsolver = \"none\"",
+            "[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"",
+        );
+        write(folder, "job.toml", text)
+    };
+    let melts = |bed: &str| {
+        let out = folder.join(bed);
+        let ran = chain::run(&preheated(bed), At(&out), &Silent).unwrap();
+        let fact = |id: &str| {
+            let fact = ran.verdict.facts.iter().find(|f| f.id == id).unwrap();
+            fact.value.as_ref().unwrap().value
+        };
+        // one line on a hull without area: no place of it is the hottest
+        assert!(ran.verdict.facts.iter().all(|f| f.id != "hottest"));
+        (
+            highest(&out).len(),
+            hottest(&out),
+            fact("vapour"),
+            fact("ground-before"),
+        )
+    };
+    let (cold, warm) = (melts("750 °C"), melts("950 °C"));
+    println!("{cold:?} {warm:?}");
+    assert!(warm.0 > cold.0 && warm.1 > cold.1 + 5.0 && warm.2 > 1.3 * cold.2);
+    assert!((cold.3 - 750.0).abs() < 1e-9 && (warm.3 - 950.0).abs() < 1e-9);
+    for bed in ["700 °C", "1605 °C"] {
+        let file = preheated(bed);
+        let error = chain::run(&file, NextIn(folder), &Silent).unwrap_err();
+        foretold(&error, &file);
+        says(&error.to_string(), &["the bed is at", "hold from 750 °C"]);
+    }
 }
 
 #[test]
