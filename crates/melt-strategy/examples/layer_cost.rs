@@ -172,6 +172,7 @@ fn drawn(
             ambient: 0.2,
         },
         between,
+        kept: None,
     };
     let resolution = Resolution {
         cell,

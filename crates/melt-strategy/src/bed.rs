@@ -4,6 +4,7 @@
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
+use crate::interrupted::Kept;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::Material;
@@ -78,6 +79,8 @@ pub struct Body<'a> {
     pub beyond: Face,
     /// What happens from one layer to the next on the solver for whole layers; each starts at the start temperature where absent.
     pub between: Option<Between>,
+    /// Where layers that were drawn on that solver are kept until the run is done.
+    pub kept: Option<&'a Kept>,
 }
 
 /// From the end of a layer's path to the beginning of the next one's.

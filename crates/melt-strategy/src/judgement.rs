@@ -8,6 +8,8 @@
 use meltpath_base::Observer;
 
 use crate::bed::{Body, Domain, EVEN, Reading, Resolution, extent, planes};
+use crate::interrupted::{Drawing, Layers};
+use crate::layer_heat::LayerHeat;
 use crate::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Field;
@@ -168,17 +170,6 @@ pub struct Drawn {
     pub layers: Vec<LayerHeat>,
 }
 
-/// The heat of one layer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LayerHeat {
-    /// Mean and highest temperature of what it is laid on, within the extent of the paths, before its powder lies there, K.
-    pub before: [f64; 2],
-    /// Where its heat went until the next one is laid.
-    pub ledger: Ledger,
-    /// What the solver lost of the heat, as a share of what the beam brought.
-    pub residual: f64,
-}
-
 /// Draws `lower` layers and then `path` on `body`, each on a fresh layer: from the start temperature, or on what those before left
 /// warm ([`Body::between`]).
 ///
@@ -217,15 +208,31 @@ pub fn watched(
         efficiency: body.beam.efficiency * resolution.power,
         ..*body.beam
     };
+    let bare = Layers {
+        ground: Ground::from(last.ground(body.material, body.ground)),
+        layers: Vec::new(),
+    };
     let mut pile = Pile {
         body,
         hull: &hull,
         beam: &beam,
-        ground: Ground::from(last.ground(body.material, body.ground)),
-        layers: Vec::new(),
+        drawn: bare,
     };
-    for (path, above) in lower.iter().zip((1..=lower.len()).rev()) {
+    let kept = body.kept.filter(|_| !lower.is_empty()).map(|kept| {
+        let what = (&last, body.material, &beam, body.between);
+        let drawing = Drawing::default().with(&what).with(&lower);
+        (kept, drawing.with(&pile.drawn.ground))
+    });
+    let before = kept
+        .as_ref()
+        .and_then(|(kept, drawing)| kept.last(drawing, lower.len()));
+    pile.drawn = before.unwrap_or(pile.drawn);
+    let begun = pile.drawn.layers.len();
+    for (path, above) in lower.iter().zip((1..=lower.len()).rev()).skip(begun) {
         pile = pile.with(below(&last, body, above), path, observer)?;
+        if let Some((kept, drawing)) = &kept {
+            kept.keep(drawing, &pile.drawn);
+        }
     }
     // the levels count heights from the build plane, the job from that of the first layer
     let top = lower.len() as f64 * body.layer;
@@ -235,9 +242,7 @@ pub fn watched(
         every: watch.every,
     };
     let before = pile.top();
-    let Pile {
-        ground, mut layers, ..
-    } = pile;
+    let Layers { ground, mut layers } = pile.drawn;
     let mut levels = Levels::on(last, body.material.clone(), ground, body.powder())?;
     let outside = levels.draw(path, &beam, &watch, observer)?;
     let kept = hull.grown(KEPT);
@@ -284,8 +289,7 @@ struct Pile<'a> {
     body: &'a Body<'a>,
     hull: &'a Rectangle,
     beam: &'a Beam,
-    ground: Ground,
-    layers: Vec<LayerHeat>,
+    drawn: Layers,
 }
 
 impl Pile<'_> {
@@ -293,19 +297,21 @@ impl Pile<'_> {
     fn top(&self) -> [f64; 2] {
         let middle = [0, 1].map(|a| 0.5 * (self.hull.low[a] + self.hull.high[a]));
         let inside = |point: [f64; 2]| self.hull.depth(point) >= 0.0;
-        self.ground.top(self.body.material.start, middle, &inside)
+        self.drawn
+            .ground
+            .top(self.body.material.start, middle, &inside)
     }
 
     /// Draws the next layer and lets it cool.
     fn with(
-        mut self,
+        self,
         setup: Setup,
         path: &BeamPath,
         observer: &dyn Observer,
     ) -> Result<Self, LevelsError> {
         let before = self.top();
         let material = self.body.material.clone();
-        let mut levels = Levels::on(setup, material, self.ground, self.body.powder())?;
+        let mut levels = Levels::on(setup, material, self.drawn.ground, self.body.powder())?;
         let nothing = Watch {
             places: Vec::new(),
             every: f64::INFINITY,
@@ -318,12 +324,14 @@ impl Pile<'_> {
             let drawn = (*levels.ledger(), levels.stored());
             (drawn, Ground::from(levels.into_matter()))
         };
-        self.layers.push(LayerHeat {
+        let mut layers = self.drawn.layers;
+        layers.push(LayerHeat {
             before,
             ledger,
             residual: ledger.residual(stored),
         });
-        Ok(Pile { ground, ..self })
+        let drawn = Layers { ground, layers };
+        Ok(Pile { drawn, ..self })
     }
 }
 

@@ -70,6 +70,17 @@ impl<'a> RunFolder<'a> {
         out.map_or(RunFolder::NextIn(runs), RunFolder::At)
     }
 
+    /// Where a run keeps what it needs to go on after it was interrupted: beside its folder, or beside the other runs'.
+    pub(crate) fn interrupted(&self) -> PathBuf {
+        match self {
+            RunFolder::At(folder) => {
+                let name = folder.file_name().unwrap_or_default().to_string_lossy();
+                folder.with_file_name(format!("{name}-interrupted"))
+            }
+            RunFolder::NextIn(runs) => runs.join("interrupted"),
+        }
+    }
+
     pub(crate) fn create(self) -> Result<OutputFolder, OutputError> {
         match self {
             RunFolder::At(folder) => OutputFolder::create(folder),

@@ -8,6 +8,7 @@
 mod charts_and_solver;
 mod converged_strategy;
 mod ground_memory;
+mod interrupted;
 mod layer_cost;
 mod reference_strategy;
 mod spots;

@@ -24,6 +24,7 @@ pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
         surface: faces(material).top,
         beyond: faces(material).bottom,
         between: None,
+        kept: None,
     }
 }
 

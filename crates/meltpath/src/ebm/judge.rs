@@ -6,9 +6,10 @@ pub(crate) mod under;
 pub(crate) mod verdict;
 
 use meltpath_base::{Observer, Quiet};
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Body, Resolution};
 use meltpath_melt_strategy::error::StrategyError;
-use meltpath_melt_strategy::judgement::{Drawn as Reference, LayerHeat, Share, Variant, watched};
+use meltpath_melt_strategy::judgement::{Drawn as Reference, Share, Variant, watched};
+use meltpath_melt_strategy::layer_heat::LayerHeat;
 use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
@@ -282,7 +283,10 @@ pub(super) fn windows(
         every: f64::INFINITY,
     };
     let drawn = variants(resolution, count, &|wanted, _| {
-        let body = body(settings, &ground);
+        let body = Body {
+            kept: plan.kept.as_deref(),
+            ..body(settings, &ground)
+        };
         let seen = (Some(&focus), &nothing);
         let drawn = watched(&body, &lower, path, wanted, seen, &Quiet(observer))?;
         observer.advance(1);
@@ -396,7 +400,10 @@ impl Court<'_> {
         let watch = watch(plan, judging, hottest);
         let focus = judging.part.map(|p| p.grown(judging.beyond));
         variants(&self.resolution, count, &|wanted, _| {
-            let body = body(&plan.settings, &ground);
+            let body = Body {
+                kept: plan.kept.as_deref(),
+                ..body(&plan.settings, &ground)
+            };
             let seen = (focus.as_ref(), &watch);
             let drawn = watched(&body, &plan.lower, path, wanted, seen, &Quiet(observer))?;
             observer.advance(1);

@@ -5,11 +5,13 @@ pub mod path_file;
 pub mod region;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use meltpath_base::settings::{File, Problem, Setting};
 use meltpath_base::{Observer, Reporter, Warning};
 use meltpath_geometry::Region;
 use meltpath_gun::Gun;
+use meltpath_melt_strategy::interrupted::Kept;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation::Memory;
 
@@ -84,6 +86,8 @@ pub struct Plan {
     pub others: Vec<(String, BeamPath)>,
     /// What the settings and planning said.
     pub warnings: Vec<Warning>,
+    /// Where the solver keeps layers that it drew until the run is done.
+    pub kept: Option<Arc<Kept>>,
 }
 
 impl Plan {
@@ -164,6 +168,7 @@ pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result
         window,
         others,
         warnings,
+        kept: None,
     })
 }
 

@@ -1,8 +1,11 @@
 //! From an electron-beam job to a folder of results.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
 
 use meltpath_base::{Observer, Reporter, Verdict};
+use meltpath_melt_strategy::interrupted::Kept;
 use meltpath_thermal::charts::file as chart_file;
 
 use super::cost;
@@ -14,6 +17,9 @@ use super::simulate::simulate;
 use crate::job::{EbmJob, JobError, Written};
 use crate::outcome::{self, Examined, RunFolder};
 use crate::views;
+
+/// Layers that took less are drawn again: writing one takes some hundredths of drawing it.
+const KEPT_EVERY: Duration = Duration::from_secs(1);
 
 fn plan_of(
     job_file: &Path,
@@ -41,11 +47,18 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<outcome::Outcome, EbmError> {
     let reporter = Reporter::new();
-    let plan = plan_of(job_file, job, text, observer)?;
+    let mut plan = plan_of(job_file, job, text, observer)?;
+    let kept = Arc::new(Kept::new(&home.interrupted(), KEPT_EVERY));
+    plan.kept = Some(kept.clone());
     let settings = &plan.settings;
     let folder = home.create()?;
     plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&plan, &reporter, observer)?;
+    let outcome = simulate(&plan, &reporter, observer).inspect_err(|_| {
+        if kept.holds() {
+            observer.note("the layers drawn so far are kept: the same command goes on from them");
+        }
+    })?;
+    tell_kept(&kept, observer);
     let verdict = Verdict {
         checks: verdict::checks(settings, &outcome),
         facts: verdict::facts(&plan, &outcome),
@@ -86,10 +99,24 @@ pub fn run(
             chart_file::write(set, &mut w)
         })?;
     }
-    Ok(outcome::Outcome {
-        folder: folder.commit()?,
-        verdict,
-    })
+    let folder = folder.commit()?;
+    kept.clear();
+    Ok(outcome::Outcome { folder, verdict })
+}
+
+/// Says what was not drawn anew, and what would have to be.
+fn tell_kept(kept: &Kept, observer: &dyn Observer) {
+    let layers = kept.layers();
+    if layers > 0 {
+        observer.note(&format!(
+            "{layers} layers, of all drawings of the solver together, are those that an interrupted run of this job had drawn"
+        ));
+    }
+    if let Some(why) = kept.trouble() {
+        observer.note(&format!(
+            "layers are not kept for the case that the run is interrupted: {why}"
+        ));
+    }
 }
 
 /// What is resolved in a job, what it costs, and what it warns of.

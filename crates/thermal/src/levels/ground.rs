@@ -2,6 +2,7 @@
 //! deeper. Finer cells than the coarsest are given up on the way: where heat has spread for a quarter of a second nothing bends in them.
 
 use meltpath_base::Observer;
+use serde::{Deserialize, Serialize};
 
 use super::cool::{Block, Laws};
 use super::matter::Frame;
@@ -19,14 +20,14 @@ use crate::solver::surface::Losses;
 const FINE: f64 = 0.25;
 
 /// Metal, powder and heat under the next layer.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ground {
     pub(super) matter: Matter,
     pub(super) warmth: Option<Warmth>,
 }
 
 /// Heat on the coarsest cells of a layer that has cooled.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Warmth {
     frame: Frame,
     cells: [usize; 2],

@@ -3,9 +3,10 @@
 
 use crate::levels::tile::{FOLLOWED, N, PLANE, Tile};
 use crate::solver::State;
+use serde::{Deserialize, Serialize};
 
 /// Columns of finest cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Lowest corner, mm.
     pub origin: [f64; 2],
@@ -16,7 +17,7 @@ pub struct Frame {
 }
 
 /// State of matter of the ground and of the layers on it, on the finest columns.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Matter {
     pub(crate) frame: Frame,
     /// Height of a plane of a layer, mm.

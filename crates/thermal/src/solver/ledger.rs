@@ -1,9 +1,11 @@
 //! Where the heat of a solver went, and what left as vapour.
 
+use serde::{Deserialize, Serialize};
+
 use crate::material::vapour::Evaporation;
 
 /// Where the heat went, J. [`Ledger::residual`] tells what the solver lost.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Brought by the beam into the domain.
     pub absorbed: f64,

@@ -39,6 +39,7 @@ pub(in crate::ebm) fn body<'a>(
             _ => Face::Imposed(start),
         },
         between: judging.and_then(|j| j.between),
+        kept: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The heat of layers that stand on each other: what each is laid on, and where its heat goes.
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_melt_strategy::judgement::LayerHeat;
+use meltpath_melt_strategy::layer_heat::LayerHeat;
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::material::CELSIUS;
 

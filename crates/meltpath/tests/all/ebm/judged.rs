@@ -1,9 +1,12 @@
 //! What the judge says of vapour, where a pool of conduction ends, and without charts.
 
+use std::path::Path;
+use std::sync::Mutex;
+
 use crate::support::{refusal, says};
-use meltpath::chain;
+use meltpath::chain::{self, RunError};
 use meltpath::outcome::RunFolder::At;
-use meltpath_base::{Silent, Status, Verdict};
+use meltpath_base::{Observer, Silent, Status, Verdict};
 
 use super::{path, verdict_of};
 
@@ -172,4 +175,51 @@ fn a_layer_stands_on_what_the_one_below_left() {
     let text = text.replace("layers = 1", "layers = 2") + "powder = \"20 °C\"\n";
     std::fs::write(&file, text).unwrap();
     says(&refusal(&file), &["judge.powder is 20 °C", "leave it out"]);
+}
+
+/// Stops a run once a folder is there, and keeps what is noted.
+struct Stop<'a>(Option<&'a Path>, Mutex<Vec<String>>);
+
+impl Observer for Stop<'_> {
+    fn stage(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn note(&self, text: &str) {
+        self.1.lock().unwrap().push(text.to_owned());
+    }
+    fn cancelled(&self) -> bool {
+        self.0.is_some_and(Path::exists)
+    }
+}
+
+/// A run that is interrupted says that its layers are kept; the same command goes on from them, ends as if nothing had happened, and leaves
+/// nothing behind.
+#[test]
+#[ignore = "layers that take more than a second each"]
+fn an_interrupted_run_goes_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("job.toml");
+    let text = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"5 mm\", \"0 mm\"], [\"5 mm\", \"4 mm\"], [\"0 mm\", \"4 mm\"]]\n[hatch]\nstrategy = \"lines\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"2000 °C\"\nhigh = \"2900 °C\"\n[judge]\ncell = \"0.06 mm\"\nbetween = \"1 s\"\n";
+    std::fs::write(&file, text).unwrap();
+    let [out, whole] = ["out", "whole"].map(|name| dir.path().join(name));
+    let kept = dir.path().join("out-interrupted");
+    let stop = Stop(Some(&kept), Mutex::default());
+    let stopped = chain::run(&file, At(&out), &stop).unwrap_err();
+    assert!(matches!(stopped, RunError::Cancelled(_)), "{stopped}");
+    says(&stop.1.lock().unwrap().concat(), &["are kept"]);
+    assert!(kept.exists() && !out.exists());
+    let on = Stop(None, Mutex::default());
+    let ended = chain::run(&file, At(&out), &on).unwrap();
+    says(
+        &on.1.lock().unwrap().concat(),
+        &["an interrupted run of this job had drawn"],
+    );
+    assert!(!kept.exists());
+    let other = chain::run(&file, At(&whole), &Silent).unwrap();
+    assert_eq!(ended.verdict.checks, other.verdict.checks);
+    assert_eq!(ended.verdict.facts, other.verdict.facts);
+    let table = "series/layers-reference.csv";
+    assert_eq!(
+        std::fs::read(out.join(table)).unwrap(),
+        std::fs::read(whole.join(table)).unwrap()
+    );
 }
