@@ -3,7 +3,7 @@
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::health::analysis::Km0Stage2;
-use meltpath_scan_head::health::bench::{first_stage, simulate_first_stage};
+use meltpath_scan_head::health::bench::{first_stage, simulate_first_stage, simulate_second_stage};
 use meltpath_scan_head::health::friction::FrictionFit;
 use meltpath_scan_head::health::rating::{Km0Record, Rating, rate};
 use meltpath_scan_head::health::records::RampRecord;
@@ -21,11 +21,7 @@ fn axis() -> Axis {
 
 fn stage2(axis: &Axis) -> Km0Stage2 {
     let samples = Km0Signal::for_axis(&self::axis()).samples(PERIOD).unwrap();
-    let record = axis
-        .start(PERIOD, 0.0, 1)
-        .unwrap()
-        .record(&samples.set_points)
-        .unwrap();
+    let record = simulate_second_stage(axis, &samples, PERIOD).unwrap();
     samples
         .analyse(&record, axis.motor.torque_constant)
         .unwrap()

@@ -9,6 +9,7 @@
 
 mod chain;
 mod contour_error;
+mod controller_file;
 mod controllers;
 mod data_sheet;
 mod geometry;
@@ -22,6 +23,7 @@ mod layers;
 mod models;
 mod preview;
 mod rays;
+mod recipe_search;
 mod reference;
 mod reference_axis;
 mod richer;
