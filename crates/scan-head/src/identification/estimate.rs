@@ -14,6 +14,8 @@ pub(super) enum Parameter {
     Viscous,
     Bias,
     Coulomb,
+    /// Share of dry friction that the modes feel.
+    Felt,
     /// Delay of the current (0) or of the angle (1).
     Delay(usize),
     /// Pulsation (0), damping (1) or gain over Kc/J (2) of a mode.
@@ -36,6 +38,8 @@ pub(super) struct Estimate {
     /// N·m.
     pub(super) coulomb: f64,
     pub(super) bias: f64,
+    /// Share of both that the modes feel.
+    pub(super) felt: f64,
     /// s.
     pub(super) delays: Delays,
 }
@@ -55,6 +59,7 @@ impl Parameter {
         match self {
             Parameter::Bias | Parameter::Coulomb => Some(units.torque),
             Parameter::Delay(_) => Some(units.period),
+            Parameter::Felt => Some(1.0),
             _ => None,
         }
     }
@@ -94,6 +99,7 @@ impl Estimate {
             Parameter::Viscous => m.viscous *= times,
             Parameter::Bias => out.bias += by,
             Parameter::Coulomb => out.coulomb = (out.coulomb + by).max(0.0),
+            Parameter::Felt => out.felt = (out.felt + by).clamp(-1.0, 2.0),
             Parameter::Delay(channel) => {
                 if let Some(delay) = out.delays.get_mut(channel) {
                     let latest = LATEST as f64 * units.period;
