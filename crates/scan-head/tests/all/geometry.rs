@@ -7,7 +7,9 @@ use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::optics::correction::{CorrectionError, CorrectionTable};
 use meltpath_scan_head::optics::focus::{Focus, FocusProjection};
-use meltpath_scan_head::optics::geometry::{Geometry, GeometryError, PathSign, ThreeAxis};
+use meltpath_scan_head::optics::geometry::{
+    FTheta, Geometry, GeometryError, PathSign, ThreeAxis, TwoAxis,
+};
 
 use super::reference::{job_of, one, recipes, three_axis, three_axis_data, two_axis};
 
@@ -331,4 +333,78 @@ fn a_focus_beyond_its_travel_is_named_with_its_place() {
     };
     assert_eq!((x, y), (175.0, 0.0));
     assert!((angle_deg + 2.72416).abs() < 1e-4, "{angle_deg}");
+}
+
+/// Dimensions that no head has are refused by name, each alone; those of the reference heads are not.
+#[test]
+fn dimensions_that_no_head_has_are_refused() {
+    let refused = |g: Geometry, named: &str| {
+        let Err(GeometryError::Parameter { what, .. }) = g.check() else {
+            panic!("{named} of {g:?}")
+        };
+        assert!(what.contains(named), "{what} is not {named}");
+    };
+    for g in [two_axis().geometry, Geometry::ThreeAxis(head())] {
+        assert_eq!(g.check(), Ok(()));
+    }
+    let (nan, inf) = (f64::NAN, f64::INFINITY);
+    assert_eq!(
+        Geometry::FTheta(FTheta { focal_length: 1e-3 }).check(),
+        Ok(())
+    );
+    for focal_length in [0.0, -100.0, inf, nan] {
+        refused(Geometry::FTheta(FTheta { focal_length }), "focal length");
+    }
+    let simple = TwoAxis {
+        plane_distance: 300.0,
+        mirror_distance: 0.0,
+    };
+    assert_eq!(Geometry::TwoAxis(simple).check(), Ok(()));
+    for plane_distance in [0.0, -1.0, inf, nan] {
+        let wrong = TwoAxis {
+            plane_distance,
+            ..simple
+        };
+        refused(Geometry::TwoAxis(wrong), "plane distance");
+    }
+    for mirror_distance in [-0.1, inf, nan] {
+        let wrong = TwoAxis {
+            mirror_distance,
+            ..simple
+        };
+        refused(Geometry::TwoAxis(wrong), "mirror distance");
+    }
+    let wrong = |named: &str, change: &dyn Fn(&mut ThreeAxis, f64), values: &[f64]| {
+        for value in values {
+            let mut h = head();
+            change(&mut h, *value);
+            refused(Geometry::ThreeAxis(h), named);
+        }
+    };
+    wrong(
+        "plane height",
+        &|h, v| h.plane[2] = v,
+        &[0.0, 600.0, -inf, nan],
+    );
+    wrong("window thickness", &|h, v| h.window = v, &[-0.1, inf, nan]);
+    wrong(
+        "atmosphere",
+        &|h, v| h.atmosphere_index = v,
+        &[0.99, 5.0, nan],
+    );
+    wrong("windows", &|h, v| h.window_index = v, &[0.99, 5.0, nan]);
+    wrong("dimension", &|h, v| h.objective = v, &[inf, nan]);
+    wrong("dimension", &|h, v| h.mirror_offset = v, &[inf, nan]);
+    wrong("dimension", &|h, v| h.x_axis[1] = v, &[inf, nan]);
+    wrong(
+        "A_ax0",
+        &|h, v| h.x_rest = v,
+        &[0.0, 5e-4, std::f64::consts::PI],
+    );
+    let right = std::f64::consts::FRAC_PI_2;
+    wrong(
+        "B_ax0",
+        &|h, v| h.y_rest = h.x_tilt + v,
+        &[right, right + 5e-4, -right],
+    );
 }

@@ -55,6 +55,13 @@ fn both_stages(axis: &Axis) -> Km0Record {
     )
     .unwrap();
     println!("{first:?}");
+    // the width of the peak at −3 dB, within windows that tell 2.4 Hz apart
+    for (found, mode) in first.modes.iter().zip(&axis.motor.modes) {
+        assert!(
+            (found.damping / mode.damping - 1.0).abs() < 0.2,
+            "{found:?}"
+        );
+    }
     first.record(stage2(axis))
 }
 

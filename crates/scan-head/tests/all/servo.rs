@@ -348,6 +348,22 @@ fn a_swarm_that_is_held_says_by_what() {
     assert!(!found.held.is_empty());
 }
 
+/// A ramp that meets its goal at a sample ends there: a radian at a radian a second in quarters of a second, and half a second of rest.
+#[test]
+fn ramps_of_steps_end_at_the_sample_that_meets_them() {
+    let signal = MultiStep {
+        amplitude: 1.0,
+        slope: 1.0,
+        hold: 0.5,
+        levels: 1,
+    };
+    let up = [0.25, 0.5, 0.75, 1.0, 1.0];
+    let down = [0.75, 0.5, 0.25, 0.0, -0.25, -0.5, -0.75, -1.0, -1.0];
+    let back = [-0.75, -0.5, -0.25, 0.0, 0.0];
+    let all: Vec<f64> = up.into_iter().chain(down).chain(back).collect();
+    assert_eq!(signal.samples(0.25).unwrap(), all);
+}
+
 /// A coil of little resistance leaves the current regulator little phase for its integral: it gets the shortest that keeps the margin,
 /// by the impedance of a coil before a turning rotor.
 #[test]
