@@ -73,6 +73,8 @@ fn a_controller_runs_at_whole_fractions_of_the_heads_rate() {
     assert_eq!(slow.every, 2);
 }
 
+type Change = fn(&mut AxisController);
+
 /// Each axis gets the law that bears its letter, and a motor that is another one is told.
 #[test]
 fn laws_go_to_their_axes_and_other_motors_are_told() {
@@ -94,7 +96,6 @@ fn laws_go_to_their_axes_and_other_motors_are_told() {
     // a thousandth is the same motor, two are another; so is a mode elsewhere
     axes[1].motor.inertia *= 1.0005;
     assert_eq!(file(axes.clone()).apply(&mut head), Ok(vec![]));
-    type Change = fn(&mut AxisController);
     let changes: [Change; 6] = [
         |a| a.motor.resistance *= 1.002,
         |a| a.motor.inductance *= 1.002,

@@ -19,6 +19,7 @@ mod identification_channels;
 mod identification_time;
 mod jobs;
 mod km0;
+mod laser_delays;
 mod layers;
 mod models;
 mod preview;
