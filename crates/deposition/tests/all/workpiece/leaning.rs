@@ -99,7 +99,6 @@ fn a_rib_does_not_divide_a_stretch_that_hangs() {
             .collect();
         lay_along(&mut d, &path, &mut 0.0);
         let free = d.finish().loose;
-        println!("{free:?}");
         free.into_iter()
             .filter(|l| l.support == Support::None)
             .count()
