@@ -100,11 +100,19 @@ def messages(room):
     return [json.loads(row) for row in built.stdout.splitlines() if row.startswith("{")], built
 
 
+def called_from(span):
+    """Where a macro was called, if a place lies in one of another library."""
+    while span["expansion"] and not span["file_name"].startswith("crates/"):
+        span = span["expansion"]["span"]
+    return span
+
+
 def unbuildable(found):
     """The mutants that errors of the compiler point at."""
     bad = set()
     for message in (m["message"] for m in found if m["reason"] == "compiler-message"):
-        spans = [s for s in message["spans"] if s["is_primary"] and s["file_name"].startswith("crates/")]
+        spans = [called_from(s) for s in message["spans"] if s["is_primary"]]
+        spans = [s for s in spans if s["file_name"].startswith("crates/")]
         if message["level"] == "error" and spans:
             bad |= set(marks_around((ROOT / spans[0]["file_name"]).read_text(), spans[0]["byte_start"]))
     return bad

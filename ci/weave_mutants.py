@@ -20,7 +20,7 @@ LEFT_OUT = {"const_item", "static_item", "macro_invocation", "macro_definition",
 
 @dataclasses.dataclass(frozen=True)
 class Mutant:
-    """One change: of the operator, guard, arm or body that `node` (its kind and first byte) is."""
+    """One change: of the operator, guard, arm or body that `node` (its kind, first and last byte) is."""
 
     file: str
     line: int
@@ -41,7 +41,8 @@ class Mutant:
 
 
 def place(node):
-    return node.type, node.start_byte
+    # the operators of a chain begin at one byte
+    return node.type, node.start_byte, node.end_byte
 
 
 def text(node):

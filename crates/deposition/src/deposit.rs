@@ -159,3 +159,33 @@ pub(crate) struct Station {
     /// height map.
     pub(crate) rise: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step of the molten zone that rounding puts just behind a stamp is taken with it: no piece of a billionth of a stamp is left over.
+    #[test]
+    fn pieces_end_at_steps_whatever_the_rounding() {
+        let settings = Settings::default();
+        let Mode::Build(model) = settings.mode else {
+            panic!("builds level by default")
+        };
+        let stamp = settings.stamp;
+        // 10 mm to go, and the next step half a billionth of a millimetre behind a stamp's travel
+        let to_step = stamp + 0.5 * ROUNDING;
+        let piece = settings.piece(10.0, 0.0, model.step - to_step);
+        assert!((piece - to_step).abs() < 1e-13, "{piece:e}");
+        // well behind it a stamp comes first, before it the step does
+        assert_eq!(settings.piece(10.0, 0.0, model.step - stamp - 0.01), stamp);
+        let before = settings.piece(10.0, 0.0, model.step - 0.1);
+        assert!((before - 0.1).abs() < 1e-12, "{before}");
+        // what is left of the way is one piece, or what rounding leaves of it
+        assert_eq!(settings.piece(10.0, 10.0 - 0.1, 0.0), 10.0 - (10.0 - 0.1));
+        let plain = Settings {
+            mode: Mode::Plain,
+            ..settings
+        };
+        assert_eq!(plain.piece(10.0, 0.0, 0.0), stamp);
+    }
+}

@@ -251,6 +251,11 @@ impl Identification {
                 1e6 * sigma
             ));
         }
+        if let Some([felt, sigma]) = self.found.felt {
+            lines.push(format!(
+                "# the modes feel {felt:.2} ± {sigma:.2} of the dry friction: 1 where it acts on the rotor, 0 as axes are simulated"
+            ));
+        }
         let [current, angle] = self.found.rms.map(|left| 1e3 * left);
         lines.push(format!(
             "# fitted part: {current:.4} mA and {angle:.5} mrad rms are left"

@@ -344,6 +344,27 @@ mod tests {
         assert!(worse.relative_sigma(6.0, 1.0) > 0.05);
     }
 
+    /// Settings that hardly vary lose no digits: the law is told round their middle.
+    #[test]
+    fn a_narrow_range_far_from_zero_gives_its_law_back() {
+        // at their middle 5, falling by a half from end to end of either range
+        let width = |f: f64, t: f64| 5.0 - 2.0 * (f - 20.0) - 4.0 * (t - 3.0) * (t - 2.9);
+        let mut samples = Vec::new();
+        for feed in [19.95, 19.97, 20.0, 20.02, 20.05] {
+            for travel in [2.98, 3.0, 3.02] {
+                samples.push(Sample {
+                    settings: [feed, travel],
+                    size: width(feed, travel),
+                    group: samples.len(),
+                });
+            }
+        }
+        let fit = Fit::new(Form::Quadratic, &samples).unwrap();
+        for (feed, travel) in [(19.96, 2.99), (20.01, 3.015)] {
+            assert!((fit.at(feed, travel) - width(feed, travel)).abs() < 1e-10);
+        }
+    }
+
     #[test]
     fn no_more_beads_than_coefficients_are_refused() {
         let all = samples(|f, t| f / t);

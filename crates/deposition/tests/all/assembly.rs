@@ -283,3 +283,36 @@ proptest! {
         }
     }
 }
+
+/// What is laid from the right is the mirror image of what is laid from the left: beads on flanks and over edges too.
+#[test]
+fn a_mirrored_order_lays_the_mirrored_wall() {
+    let bead = AssemblyBead {
+        width: 7.0,
+        height: 2.0,
+    };
+    let all = [-10.0, -4.0, 0.0, 4.0, 10.0];
+    let settings = AssemblySettings::for_beads(5);
+    let [mut one, mut other] = [1, 2].map(|_| Assembly::new(bead, &all, settings).unwrap());
+    // a crest with bare plate beside it; a bead on its flank; one over the edge
+    for layer in [
+        vec![0.0],
+        vec![2.5],
+        vec![-10.0],
+        vec![-7.5, 6.0],
+        vec![-2.0, 10.0, 3.0],
+    ] {
+        let mirrored: Vec<f64> = layer.iter().map(|c| -c).collect();
+        let (a, b) = (one.layer(&layer), other.layer(&mirrored));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a.apex - b.apex).abs() < 1e-9, "{a:?} {b:?}");
+        }
+        let (left, right) = (&one.profile().z, &other.profile().z);
+        for (a, b) in left.iter().zip(right.iter().rev()) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+    // and every bead has its metal
+    let area: f64 = one.profile().z.iter().sum::<f64>() * settings.step;
+    assert!((area / (8.0 * bead.area()) - 1.0).abs() < 1e-3, "{area}");
+}

@@ -465,3 +465,43 @@ fn however_the_motion_is_sampled_the_wall_is_the_same() {
         assert!(most < 1e-3, "{sample}: {most}");
     }
 }
+
+/// Of the distances outside the range that was measured the farthest is told, with its place, whichever came first.
+#[test]
+fn the_farthest_distance_outside_the_measured_range_is_told() {
+    let model = seed_bead();
+    let pool = PoolModel::for_bead(&POOL, &model);
+    let response = FeedResponse {
+        reference: 15.0,
+        slope: 0.0,
+        limits: (0.5, 1.5),
+        measured: (12.0, 18.0),
+    };
+    let settings = Settings {
+        feed_response: Some(response),
+        ..Settings::default()
+    };
+    let reporter = Reporter::new();
+    let map = HeightMap::new(DVec2::splat(-60.0), DVec2::splat(60.0), 0.5, 0.0).unwrap();
+    let mut d = Deposition::new(map, model, pool, settings)
+        .unwrap()
+        .reporting_to(&reporter);
+    let mut clock = 0.0;
+    // tool points so far over the plate, side by side: 17, 20, 24 and 21 mm of contact tube distance
+    for (n, over) in [2.0, 5.0, 9.0, 6.0].into_iter().enumerate() {
+        let y = 20.0 * n as f64 - 30.0;
+        let path = [xyz(-50.0, y, over), xyz(50.0, y, over)];
+        bead(&mut d, &path, 1, &mut clock, model.area);
+    }
+    d.finish();
+    let warnings = reporter.warnings();
+    let told = warnings
+        .iter()
+        .find(|w| w.code == "feed-response-extrapolated")
+        .unwrap();
+    // three of four beads
+    assert!(told.message.contains("300 mm of bead (75 %)"), "{told:?}");
+    assert!(told.message.contains("farthest out: 24.0 mm"), "{told:?}");
+    let at = told.place.as_ref().unwrap().position.unwrap();
+    assert!((at[1] - 10.0).abs() < 1e-9, "{at:?}");
+}

@@ -195,3 +195,38 @@ fn beads_on_a_plate_add_up() {
         assert!((a + b - both).abs() < 1e-12);
     }
 }
+
+/// The ground that counts for the contact tube is the one under the wire, wherever the bead runs: over a step of 2 mm the distance
+/// changes by 2 mm, at the step.
+#[test]
+fn the_distance_follows_a_step_in_the_ground() {
+    let model = s57(&POOL, 8.0, 0.75);
+    for (along, place) in [
+        (DVec2::X, DVec2::new(-20.0, 17.0)),
+        (DVec2::Y, DVec2::new(31.0, -20.0)),
+    ] {
+        let mut map = HeightMap::new(DVec2::splat(-60.0), DVec2::splat(60.0), 0.5, 0.0).unwrap();
+        let step = 10.0;
+        for i in 0..map.z.len() {
+            if map.centre(i % map.nx, i / map.nx).dot(along) > step {
+                map.z[i] = 2.0;
+            }
+        }
+        let mut path = Vec::new();
+        let mut d = Deposition::new(map, model, POOL, plain_settings(PursuitMode::Rigid))
+            .unwrap()
+            .on_layer(|record, _| path.extend(record.path.iter().map(|p| (p.tool, p.ctwd))));
+        let tool = |at: f64| (place + at * along).extend(2.0);
+        bead(&mut d, &[tool(0.0), tool(60.0)], 1, &mut 0.0, model.area);
+        d.finish();
+        assert!(path.len() > 90, "{}", path.len());
+        for (tool, distance) in path {
+            let from_step = tool.truncate().dot(along) - step;
+            // the first millimetres are laid before any ground was seen ahead
+            if from_step.abs() > 0.6 && from_step > -25.0 {
+                let wanted = if from_step < 0.0 { 17.0 } else { 15.0 };
+                assert!((distance - wanted).abs() < 1e-9, "{tool}: {distance}");
+            }
+        }
+    }
+}

@@ -345,3 +345,25 @@ fn a_measured_feed_factor_makes_the_bead_of_that_feed() {
     assert!((2.0 * r.slope / s.slope - 1.0).abs() < 1e-9);
     assert!(map.response(feed, Some(0.0)).unwrap().ratio(5.0) == 1.0);
 }
+
+/// A grid of two by two nodes leaves nothing over to check it by: it needs a deviation that somebody states.
+#[test]
+fn a_grid_without_nodes_to_spare_needs_a_stated_deviation() {
+    let small = TWO_POINTS.split("[grid]").next().unwrap().to_owned()
+        + "[grid]\nwire_feed = [4.4, 8.5]\ntravel_speed = [0.67, 1.2]\nwidth = [[6.0, 4.4], [9.0, 6.0]]\n"
+        + "height = [[1.8, 1.4], [2.5, 1.8]]\nsource = \"test\"\npage = \"-\"\n";
+    let wire = Wire::builtin("g3si-1.2").unwrap();
+    let read = |text: &str| ProcessMap::parse("small", text, &wire, &Reporter::new());
+    let map = read(&small).unwrap();
+    let settings = (8.5 * M_PER_MIN, 0.67 * M_PER_MIN);
+    let width = map.bead(settings.0, settings.1).width;
+    assert!((width.value - 9.0).abs() < 1e-9, "{width:?}");
+    assert!((width.sigma / width.value - 0.05).abs() < 0.03, "{width:?}");
+    let bare: String = small
+        .lines()
+        .filter(|l| !l.starts_with("relative_sigma"))
+        .fold(String::new(), |all, line| all + line + "\n")
+        .replace("value = 1.1", "uncertainty = 0.03, value = 1.1");
+    let told = read(&bare).unwrap_err().to_string();
+    assert!(told.contains("two by two nodes"), "{told}");
+}

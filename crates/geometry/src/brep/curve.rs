@@ -507,6 +507,23 @@ pub(crate) mod tests {
         }
     }
 
+    /// A flat parabola: its parameter is the distance from the axis over twice the focal length, wherever the search begins elsewhere.
+    #[test]
+    fn the_nearest_place_of_a_flat_parabola_is_found() {
+        let focal = 1e5;
+        let curve = Curve::Parabola {
+            frame: frame(),
+            focal,
+        };
+        for t in [-0.5, 0.02, 0.5] {
+            let [p, along, _] = curve.derivatives(t);
+            let beside = p + along.cross(frame().z).normalize();
+            for p in [p, beside] {
+                assert!((curve.nearest(p) - t).abs() < 1e-9, "{t}");
+            }
+        }
+    }
+
     #[test]
     fn derivatives_match_differences() {
         let h = 1e-5;

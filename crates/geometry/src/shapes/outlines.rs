@@ -252,3 +252,24 @@ pub fn random_star(seed: u64, points: u32, inner_radius: f64, outer_radius: f64)
         holes: Vec::new(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares and rings in turn, each `size` wide, `gap` from the next.
+    #[test]
+    fn islands_lie_a_gap_apart() {
+        let all = islands(3, 2, 10.0, 4.0);
+        assert_eq!(all.len(), 6);
+        for (i, island) in all.iter().enumerate() {
+            let (column, row) = (i % 3, i / 3);
+            let corner = 14.0 * DVec2::new(column as f64, row as f64);
+            let low = island.outer.iter().copied().reduce(DVec2::min).unwrap();
+            let high = island.outer.iter().copied().reduce(DVec2::max).unwrap();
+            assert!((low - corner).length() < 1e-9, "{i}: {low}");
+            assert!((high - low - 10.0).length() < 1e-9, "{i}: {high}");
+            assert_eq!(island.holes.len(), (column + row) % 2);
+        }
+    }
+}

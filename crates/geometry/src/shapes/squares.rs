@@ -42,3 +42,27 @@ fn squares(
     }
     mesh
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six squares of 2 x 3 mm less one: its corners stay, its area goes.
+    #[test]
+    fn squares_that_are_cut_out_are_missing() {
+        let place = |i: f64, k: f64| DVec3::new(2.0 * k, 3.0 * i, 1.0);
+        let whole = sheet(2, 3, |_, _| false, place);
+        assert_eq!((whole.vertices.len(), whole.triangles.len()), (12, 12));
+        let mesh = sheet(2, 3, |i, k| (i, k) == (1, 2), place);
+        assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (12, 10));
+        let middle = |t: usize| mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+        let area: f64 = (0..mesh.triangles.len())
+            .map(|t| {
+                let [a, b, c] = mesh.corners(t);
+                0.5 * (b - a).cross(c - a).z
+            })
+            .sum();
+        assert!((area - 30.0).abs() < 1e-12, "{area}");
+        assert!((0..10).all(|t| middle(t).x < 4.0 || middle(t).y < 3.0));
+    }
+}

@@ -123,6 +123,16 @@ fn holes_are_counted_placed_and_filled_when_small() {
         .find(|f| f.defect == Defect::Hole)
         .unwrap();
     assert!(hole.places[0].distance(gone) < 1e-9);
+    // its loose edges are told at their middles
+    let corners = flange().corners(200);
+    let middles: Vec<DVec3> = (0..3)
+        .map(|k| corners[k].midpoint(corners[(k + 1) % 3]))
+        .collect();
+    let edges = found.findings.iter();
+    let edges = edges.filter(|f| f.defect == Defect::LooseEdge);
+    for place in edges.flat_map(|f| &f.places) {
+        assert!(middles.iter().any(|m| m.distance(*place) < 1e-9), "{place}");
+    }
     let whole_options = RepairOptions {
         hole: 1.0,
         ..RepairOptions::default()

@@ -132,9 +132,11 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 }
 
 impl<const N: usize> Drive<N> {
-    /// A motor whose record is sampled every `period` s.
+    /// A motor whose record is sampled every `period` s. Its modes feel the share `felt` of the friction's torque: all of it where it
+    /// acts on the rotor, as the motor's own torque does; none where it is spread as the inertia is.
     pub(super) fn new(
         motor: &Galvanometer,
+        felt: f64,
         delays: Delays,
         period: f64,
     ) -> Result<Self, AxisError> {
@@ -142,14 +144,20 @@ impl<const N: usize> Drive<N> {
             Friction::Coulomb { coulomb, bias } => (coulomb, bias),
             _ => (0.0, 0.0),
         };
-        let linear = motor.linear()?;
+        let mut linear = motor.linear()?;
+        for (mode, i) in motor.modes.iter().zip((4..N).step_by(2)) {
+            linear.b[(i, 1)] = -felt * mode.gain / motor.torque_constant;
+        }
         let speed: [f64; N] = std::array::from_fn(|j| f64::from(j == 1 || j > 3 && j % 2 == 0));
         let angle: [f64; N] = std::array::from_fn(|j| f64::from(j == 2 || j > 2 && j % 2 == 1));
         let current: [f64; N] = std::array::from_fn(|j| f64::from(j == 0));
         // the modes' accelerations, that the rigid part makes up for while the rotor stands still
         let modal: [f64; N] =
             std::array::from_fn(|j| (4..N).step_by(2).map(|i| linear.a[(i, j)]).sum());
-        let hold: [f64; N] = std::array::from_fn(|j| motor.inertia * (linear.a[(1, j)] + modal[j]));
+        // the rotor's acceleration by a torque on it
+        let gives: f64 =
+            -(linear.b[(1, 1)] + (4..N).step_by(2).map(|i| linear.b[(i, 1)]).sum::<f64>());
+        let hold: [f64; N] = std::array::from_fn(|j| (linear.a[(1, j)] + modal[j]) / gives);
         let channels = [(current, delays[0]), (angle, delays[1])].map(|(weights, delay)| {
             let late = (delay / period).ceil().clamp(0.0, LATEST as f64);
             (
@@ -162,10 +170,12 @@ impl<const N: usize> Drive<N> {
         let slide = Regime::new(linear.a.clone(), linear.b.clone(), period, &speed, &read)?;
         let stick = if coulomb > 0.0 {
             let (mut a, mut b) = (linear.a, linear.b);
-            for (j, modal) in modal.iter().enumerate() {
-                a[(1, j)] = -modal;
+            for i in (1..N).filter(|i| *i == 1 || *i > 2 && i % 2 == 0) {
+                for (j, hold) in hold.iter().enumerate() {
+                    a[(i, j)] += b[(i, 1)] * hold;
+                }
+                b[(i, 1)] = 0.0;
             }
-            b[(1, 1)] = 0.0;
             Some(Regime::new(a, b, period, &hold, &read)?)
         } else {
             None

@@ -14,6 +14,8 @@ pub(super) enum Parameter {
     Viscous,
     Bias,
     Coulomb,
+    /// Share of dry friction that the modes feel.
+    Felt,
     /// Delay of the current (0) or of the angle (1).
     Delay(usize),
     /// Pulsation (0), damping (1) or gain over Kc/J (2) of a mode.
@@ -36,6 +38,8 @@ pub(super) struct Estimate {
     /// N·m.
     pub(super) coulomb: f64,
     pub(super) bias: f64,
+    /// Share of both that the modes feel.
+    pub(super) felt: f64,
     /// s.
     pub(super) delays: Delays,
 }
@@ -55,6 +59,7 @@ impl Parameter {
         match self {
             Parameter::Bias | Parameter::Coulomb => Some(units.torque),
             Parameter::Delay(_) => Some(units.period),
+            Parameter::Felt => Some(1.0),
             _ => None,
         }
     }
@@ -94,6 +99,7 @@ impl Estimate {
             Parameter::Viscous => m.viscous *= times,
             Parameter::Bias => out.bias += by,
             Parameter::Coulomb => out.coulomb = (out.coulomb + by).max(0.0),
+            Parameter::Felt => out.felt = (out.felt + by).clamp(-1.0, 2.0),
             Parameter::Delay(channel) => {
                 if let Some(delay) = out.delays.get_mut(channel) {
                     let latest = LATEST as f64 * units.period;
@@ -111,5 +117,69 @@ impl Estimate {
             }
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate() -> Estimate {
+        let (kc, j) = (6e-3, 4.5e-8);
+        Estimate {
+            motor: Galvanometer {
+                resistance: 2.8,
+                inductance: 180e-6,
+                torque_constant: kc,
+                back_emf: kc,
+                inertia: j,
+                viscous: 3e-6,
+                modes: vec![Mode {
+                    omega: 25_000.0,
+                    damping: 0.02,
+                    gain: 0.3 * kc / j,
+                }],
+                friction: Friction::None,
+            },
+            coulomb: 3e-5,
+            bias: 0.0,
+            felt: 1.0,
+            delays: [0.0; 2],
+        }
+    }
+
+    const UNITS: Units = Units {
+        torque: 1e-3,
+        period: 20e-6,
+    };
+
+    /// Delays go in samples, and no farther than a channel may be read late, or a sample early; torques go in the motor's, down to none.
+    #[test]
+    fn steps_end_at_the_bounds_of_their_parameters() {
+        let from = estimate();
+        let delay = |step: f64| from.moved(Parameter::Delay(1), step, UNITS).delays;
+        assert_eq!(delay(0.5), [0.0, 10e-6]);
+        assert!((delay(40.0)[1] / 320e-6 - 1.0).abs() < 1e-12);
+        assert_eq!(delay(-7.0)[1], -20e-6);
+        let dry = |step: f64| from.moved(Parameter::Coulomb, step, UNITS).coulomb;
+        assert!((dry(0.01) - 4e-5).abs() < 1e-18);
+        assert_eq!(dry(-1.0), 0.0);
+        let felt = |step: f64| from.moved(Parameter::Felt, step, UNITS).felt;
+        assert_eq!([felt(-0.25), felt(5.0), felt(-5.0)], [0.75, 2.0, -1.0]);
+    }
+
+    /// The gain of a mode is its share of Kc/J: that stays where the motor's constants move.
+    #[test]
+    fn modes_keep_their_share_of_the_motor() {
+        let from = estimate();
+        let share = |m: &Galvanometer| m.modes[0].gain * m.inertia / m.torque_constant;
+        for parameter in [Parameter::TorqueConstant, Parameter::Inertia] {
+            let moved = from.moved(parameter, 0.3, UNITS).motor;
+            assert!((share(&moved) - 0.3).abs() < 1e-12, "{parameter:?}");
+            assert_eq!(moved.back_emf, moved.torque_constant);
+            let times = (moved.inertia / from.motor.inertia)
+                * (moved.torque_constant / from.motor.torque_constant);
+            assert!((times - 0.3_f64.exp()).abs() < 1e-12, "{parameter:?}");
+        }
     }
 }

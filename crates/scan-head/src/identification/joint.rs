@@ -33,6 +33,9 @@ pub struct Joint {
     pub coulomb: Option<[f64; 2]>,
     /// Torque that is the same in both directions, and its deviation, N·m.
     pub bias: [f64; 2],
+    /// Share of both that the modes feel, and its deviation: 1 where friction acts on the rotor, as the motor's torque does; 0 where it
+    /// is spread as the inertia is, which is how an axis is simulated. Nothing without modes or dry friction.
+    pub felt: Option<[f64; 2]>,
     /// By how much current and angle are read late against the voltage, each with its deviation, s.
     pub delays: [[f64; 2]; 2],
     /// Root mean square of what is left of current (A) and angle (rad).
@@ -53,6 +56,7 @@ pub fn joint(record: &BenchRecord<'_>, start: &Identified) -> Result<Joint, Iden
             motor: motor.clone(),
             coulomb: FIRST_COULOMB * torque,
             bias: 0.0,
+            felt: 1.0,
             delays: [0.0; 2],
         };
         let doubtful = match fitted(record, &begin) {
@@ -100,6 +104,9 @@ fn fitted(record: &BenchRecord<'_>, begin: &Estimate) -> Result<(Settled, Vec<Pa
         Parameter::Delay(1),
         Parameter::Coulomb,
     ]);
+    if !begin.motor.modes.is_empty() {
+        free.push(Parameter::Felt);
+    }
     for k in 0..begin.motor.modes.len() {
         free.extend([0, 1, 2].map(|which| Parameter::Mode(k, which)));
     }
@@ -113,7 +120,7 @@ fn fitted(record: &BenchRecord<'_>, begin: &Estimate) -> Result<(Settled, Vec<Pa
     if settled.estimate.coulomb > TOLD * sigma * settled.units.torque {
         return Ok((settled, free));
     }
-    free.remove(dry);
+    free.retain(|p| !matches!(p, Parameter::Coulomb | Parameter::Felt));
     let without = Estimate {
         coulomb: 0.0,
         ..settled.estimate
@@ -141,11 +148,12 @@ fn determined(
                 let error = LeastSquaresError::Undetermined { index };
                 return Err(Doubt::Other(error.into()));
             }
-            Some(parameter) => {
-                if *parameter == Parameter::Coulomb {
+            Some(&parameter) => {
+                if parameter == Parameter::Coulomb {
                     begin.coulomb = 0.0;
+                    free.retain(|p| *p != Parameter::Felt);
                 }
-                free.remove(index);
+                free.retain(|p| *p != parameter);
             }
         }
     }
@@ -198,6 +206,9 @@ impl Joint {
             refused,
             coulomb: dry.then(|| [e.coulomb, sigma(Parameter::Coulomb)]),
             bias,
+            felt: free
+                .contains(&Parameter::Felt)
+                .then(|| [e.felt, sigma(Parameter::Felt)]),
             delays: [0, 1].map(|c| [e.delays[c], sigma(Parameter::Delay(c))]),
             rms: settled.rms,
         }

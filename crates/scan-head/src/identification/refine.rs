@@ -172,6 +172,7 @@ impl<'a, const N: usize> Pieces<'a, N> {
     fn drive(&self, estimate: &Estimate) -> Result<Drive<N>, IdentificationError> {
         Ok(Drive::new(
             &estimate.driven(),
+            estimate.felt,
             estimate.delays,
             self.record.period,
         )?)

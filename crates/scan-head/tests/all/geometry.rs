@@ -3,11 +3,15 @@
 use crate::rays::rays_of;
 use meltpath_geometry::math::{DMat2, DVec2};
 use meltpath_numerics::random::Random;
+use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::optics::correction::{CorrectionError, CorrectionTable};
 use meltpath_scan_head::optics::focus::{Focus, FocusProjection};
-use meltpath_scan_head::optics::geometry::{Geometry, GeometryError, PathSign, ThreeAxis};
+use meltpath_scan_head::optics::geometry::{
+    FTheta, Geometry, GeometryError, PathSign, ThreeAxis, TwoAxis,
+};
 
-use super::reference::{three_axis, two_axis};
+use super::reference::{job_of, one, recipes, three_axis, three_axis_data, two_axis};
 
 fn deg(x: f64, y: f64) -> DVec2 {
     DVec2::new(x.to_radians(), y.to_radians())
@@ -44,6 +48,21 @@ fn lpbf_ac22_two_axis_inverse_is_exact() {
         "{p}"
     );
     assert!((g.path(deg(20.0, 20.0)) - 514.329).abs() < 1e-3);
+}
+
+/// The derivatives of the simple model are those of its points, off both axes too.
+#[test]
+fn the_two_axis_jacobian_is_that_of_differences() {
+    let g = two_axis().geometry;
+    let step = 1e-6;
+    for angles in [deg(0.0, 0.0), deg(7.0, -4.0), deg(-15.0, 12.0)] {
+        let slope = |d: DVec2| (g.direct(angles + d) - g.direct(angles - d)) / (2.0 * step);
+        let jacobian = g.jacobian(angles);
+        for (column, d) in [(jacobian.x_axis, DVec2::X), (jacobian.y_axis, DVec2::Y)] {
+            let off = (column - slope(d * step)).length();
+            assert!(off < 1e-5, "{off} mm/rad of {column} at {angles}");
+        }
+    }
 }
 
 /// AC-23 (M/R): the closed form is the ray tracer on 500 random heads; the reference head's table (docs/theory/sources.md); Newton in at most 6 steps.
@@ -246,4 +265,146 @@ fn what_cannot_be_reached_is_named() {
         table,
         Err(CorrectionError::Geometry(GeometryError::Travel { .. }))
     ));
+}
+
+/// A cam that does not travel as far as the field asks: the point that asks most is named, in a table and without one.
+#[test]
+fn a_focus_beyond_its_travel_is_named_with_its_place() {
+    let mut shifted = head();
+    // the beam lands off the middle of the field: one corner is farther than the others
+    shifted.plane[1] = -20.0;
+    let g = Geometry::ThreeAxis(shifted);
+    let focus = Focus::new(three_axis().focus.unwrap().1, g).unwrap();
+    let travel = DVec2::splat(20f64.to_radians());
+    let table = CorrectionTable::new(&g, Some(&focus), 160.0, 3, travel).unwrap();
+    let asked = |x: f64, y: f64| focus.inverse(g.inverse(DVec2::new(x, y)).unwrap(), 0.0);
+    let (most, place) = [-160.0, 0.0, 160.0]
+        .iter()
+        .flat_map(|&x| [-160.0, 0.0, 160.0].map(|y| (asked(x, y).abs(), [x, y])))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap();
+    assert!(table.require_cam(1.001 * most).is_ok());
+    let Err(GeometryError::Travel {
+        axis: 'Z',
+        x,
+        y,
+        angle_deg,
+        travel_deg,
+    }) = table.require_cam(0.999 * most)
+    else {
+        panic!("the cam does not travel that far")
+    };
+    assert!(
+        (DVec2::new(x, y) - DVec2::from(place)).length() < 1e-9,
+        "{x} {y}"
+    );
+    assert!((angle_deg.abs() - most.to_degrees()).abs() < 1e-9);
+    assert!((travel_deg - 0.999 * most.to_degrees()).abs() < 1e-9);
+
+    // (175, 0) needs −2.724° of the cam (AC-25), the middle none
+    let mut data = three_axis_data();
+    data.head.table = None;
+    data.head
+        .focus
+        .as_mut()
+        .unwrap()
+        .0
+        .driven_mut()
+        .unwrap()
+        .travel = 2.5f64.to_radians();
+    let ready = data.head.ready().unwrap();
+    let mut job = job_of(&one(data.plate), &recipes()[0]);
+    assert!(ready.survey(alone(&job)).is_ok());
+    job.vectors[1].end = job.vectors[1].end.with_x(175.0).with_y(0.0);
+    let refused = ready.survey(alone(&job)).unwrap_err();
+    let HeadError::Field {
+        index: 1,
+        source:
+            CorrectionError::Geometry(GeometryError::Travel {
+                axis: 'Z',
+                x,
+                y,
+                angle_deg,
+                ..
+            }),
+    } = refused
+    else {
+        panic!("{refused}")
+    };
+    assert_eq!((x, y), (175.0, 0.0));
+    assert!((angle_deg + 2.72416).abs() < 1e-4, "{angle_deg}");
+}
+
+/// Dimensions that no head has are refused by name, each alone; those of the reference heads are not.
+#[test]
+fn dimensions_that_no_head_has_are_refused() {
+    let refused = |g: Geometry, named: &str| {
+        let Err(GeometryError::Parameter { what, .. }) = g.check() else {
+            panic!("{named} of {g:?}")
+        };
+        assert!(what.contains(named), "{what} is not {named}");
+    };
+    for g in [two_axis().geometry, Geometry::ThreeAxis(head())] {
+        assert_eq!(g.check(), Ok(()));
+    }
+    let (nan, inf) = (f64::NAN, f64::INFINITY);
+    assert_eq!(
+        Geometry::FTheta(FTheta { focal_length: 1e-3 }).check(),
+        Ok(())
+    );
+    for focal_length in [0.0, -100.0, inf, nan] {
+        refused(Geometry::FTheta(FTheta { focal_length }), "focal length");
+    }
+    let simple = TwoAxis {
+        plane_distance: 300.0,
+        mirror_distance: 0.0,
+    };
+    assert_eq!(Geometry::TwoAxis(simple).check(), Ok(()));
+    for plane_distance in [0.0, -1.0, inf, nan] {
+        let wrong = TwoAxis {
+            plane_distance,
+            ..simple
+        };
+        refused(Geometry::TwoAxis(wrong), "plane distance");
+    }
+    for mirror_distance in [-0.1, inf, nan] {
+        let wrong = TwoAxis {
+            mirror_distance,
+            ..simple
+        };
+        refused(Geometry::TwoAxis(wrong), "mirror distance");
+    }
+    let wrong = |named: &str, change: &dyn Fn(&mut ThreeAxis, f64), values: &[f64]| {
+        for value in values {
+            let mut h = head();
+            change(&mut h, *value);
+            refused(Geometry::ThreeAxis(h), named);
+        }
+    };
+    wrong(
+        "plane height",
+        &|h, v| h.plane[2] = v,
+        &[0.0, 600.0, -inf, nan],
+    );
+    wrong("window thickness", &|h, v| h.window = v, &[-0.1, inf, nan]);
+    wrong(
+        "atmosphere",
+        &|h, v| h.atmosphere_index = v,
+        &[0.99, 5.0, nan],
+    );
+    wrong("windows", &|h, v| h.window_index = v, &[0.99, 5.0, nan]);
+    wrong("dimension", &|h, v| h.objective = v, &[inf, nan]);
+    wrong("dimension", &|h, v| h.mirror_offset = v, &[inf, nan]);
+    wrong("dimension", &|h, v| h.x_axis[1] = v, &[inf, nan]);
+    wrong(
+        "A_ax0",
+        &|h, v| h.x_rest = v,
+        &[0.0, 5e-4, std::f64::consts::PI],
+    );
+    let right = std::f64::consts::FRAC_PI_2;
+    wrong(
+        "B_ax0",
+        &|h, v| h.y_rest = h.x_tilt + v,
+        &[right, right + 5e-4, -right],
+    );
 }

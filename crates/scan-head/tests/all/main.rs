@@ -9,6 +9,7 @@
 
 mod chain;
 mod contour_error;
+mod controller_file;
 mod controllers;
 mod data_sheet;
 mod geometry;
@@ -18,10 +19,12 @@ mod identification_channels;
 mod identification_time;
 mod jobs;
 mod km0;
+mod laser_delays;
 mod layers;
 mod models;
 mod preview;
 mod rays;
+mod recipe_search;
 mod reference;
 mod reference_axis;
 mod richer;

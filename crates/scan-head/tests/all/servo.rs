@@ -11,6 +11,7 @@ use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{CascadeGains, Controller};
 use meltpath_scan_head::axis::error::AxisError;
+use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::axis::prefilter::{Kernel, PreFilter};
 use meltpath_scan_head::servo::compare::{MultiStep, TrackingError, run};
 use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
@@ -345,4 +346,71 @@ fn a_swarm_that_is_held_says_by_what() {
         }
     }
     assert!(!found.held.is_empty());
+}
+
+/// A ramp that meets its goal at a sample ends there: a radian at a radian a second in quarters of a second, and half a second of rest.
+#[test]
+fn ramps_of_steps_end_at_the_sample_that_meets_them() {
+    let signal = MultiStep {
+        amplitude: 1.0,
+        slope: 1.0,
+        hold: 0.5,
+        levels: 1,
+    };
+    let up = [0.25, 0.5, 0.75, 1.0, 1.0];
+    let down = [0.75, 0.5, 0.25, 0.0, -0.25, -0.5, -0.75, -1.0, -1.0];
+    let back = [-0.75, -0.5, -0.25, 0.0, 0.0];
+    let all: Vec<f64> = up.into_iter().chain(down).chain(back).collect();
+    assert_eq!(signal.samples(0.25).unwrap(), all);
+}
+
+/// A coil of little resistance leaves the current regulator little phase for its integral: it gets the shortest that keeps the margin,
+/// by the impedance of a coil before a turning rotor.
+#[test]
+fn a_slow_coil_gets_the_shortest_integral_that_keeps_the_margin() {
+    let motor = Galvanometer {
+        resistance: 0.3,
+        modes: vec![],
+        ..motor()
+    };
+    let targets = Targets::default();
+    let (omega, margin) = (targets.current.crossover, targets.current.margin);
+    let turning = motor.torque_constant * motor.back_emf
+        / Complex64::new(motor.viscous, omega * motor.inertia);
+    let coil = Complex64::new(motor.resistance, omega * motor.inductance) + turning;
+    // 65° of 180° stay; the coil takes 80°, and 45° or more is what an integral of 1/ω or less would take
+    let lag = coil.arg();
+    assert!((lag.to_degrees() - 80.0).abs() < 1.0, "{lag}");
+    let expected = 1.0 / (omega * (std::f64::consts::PI - margin - lag).tan());
+    let tuned = tune(&motor, &targets, 50e-6).unwrap().gains.current;
+    near(tuned.integral_time, expected, 1e-6 * expected);
+    let regulator = Complex64::new(1.0, -1.0 / (omega * expected)).norm();
+    near(tuned.gain, coil.norm() / regulator, 1e-6 * tuned.gain);
+}
+
+/// A current loop that overshoots by more than its error at every sample turns at half the sampling frequency.
+#[test]
+fn an_unstable_current_loop_is_told_at_half_the_sampling_frequency() {
+    let period = 50e-6;
+    let motor = Galvanometer {
+        modes: vec![],
+        ..motor()
+    };
+    // i⁺ = a i + (1 − a)/R u under a held voltage: a gain above R (1 + a)/(1 − a) overshoots
+    let a = (-motor.resistance / motor.inductance * period).exp();
+    let limit = motor.resistance * (1.0 + a) / (1.0 - a);
+    let with = |gain: f64| {
+        let mut gains = synthesised();
+        gains.current.gain = gain;
+        gains.current.integral_time = 1.0;
+        Axis {
+            motor: motor.clone(),
+            ..axis(Controller::Cascade(gains), Some(prefilter()))
+        }
+    };
+    assert_eq!(with(0.8 * limit).check_stable(period), Ok(()));
+    let Err(AxisError::Oscillates { frequency }) = with(1.2 * limit).check_stable(period) else {
+        panic!("the current loop is unstable")
+    };
+    near(frequency, 0.5 / period, 0.02 / period);
 }

@@ -89,12 +89,19 @@ fn on_a_plate_the_melt_stands_as_the_parabola() {
     let mut map = plate();
     let (zone, _) = laid(&mut map);
     assert!(zone.cell.len() > 200);
+    assert_eq!(zone.surface_at(&map, DVec2::new(6.25, 8.0)), None);
+    assert_eq!(zone.surface_at(&map, DVec2::new(-11.0, 0.0)), None);
     // 12 mm of the bead and its two half ends hold what was fed at the level L of 12·(4/3)·L·√(L/k) + π·L²/(2k)
     let level = 1.5325;
     for y in [0.25, -0.75, 1.25, -1.75, 2.25] {
         let parabola = level - BEAD.height * (y / BEAD.half_width).powi(2);
         let z = map.height(DVec2::new(6.25, y));
         assert!((z - parabola).abs() < 0.05, "{y}: {z} {parabola}");
+        // the melt itself stands there too, between the centres of its cells as well
+        for x in [6.25, 6.4] {
+            let melt = zone.surface_at(&map, DVec2::new(x, y)).unwrap();
+            assert!((melt - parabola).abs() < 0.05, "{y}: {melt} {parabola}");
+        }
     }
 }
 

@@ -1,0 +1,67 @@
+//! The search of the fastest recipe, on two small squares.
+
+use meltpath_base::Silent;
+use meltpath_planning::powder::plate::SquarePlate;
+use meltpath_scan_head::head::interpolation::sample_count;
+use meltpath_scan_head::head::prepared::alone;
+use meltpath_scan_head::head::recipe::Recipe;
+use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
+use meltpath_scan_head::search::{Bounds, Problem, search};
+
+use super::near;
+use super::reference::{job_of, recipes, three_axis_data};
+
+/// The first candidate is the recipe that was given: its rates are those of a run with the delays that were tuned, the fill rate the
+/// mean over both squares. Of speeds that all keep the bounds the fastest is found.
+#[test]
+fn a_candidate_is_judged_as_a_run_with_its_delays() {
+    let data = three_axis_data();
+    let plate = SquarePlate {
+        columns: 2,
+        rows: 1,
+        side: 1.5,
+        ..data.plate
+    };
+    let recipe = recipes()[0].clone();
+    let fill = || FillRate::of_rectangles(plate.fill_areas(), 0.07, &[FillMode::SweptSpot]);
+    let problem = Problem {
+        head: &data.head,
+        recipe: &recipe,
+        job: &|recipe: &Recipe| Ok(job_of(&plate, recipe)),
+        fill: &|_| fill(),
+        samples: &|recipe: &Recipe, period| sample_count(alone(&job_of(&plate, recipe)), period),
+    };
+    let bounds = Bounds {
+        contour_speed: [recipe.contour_speed, 1.3 * recipe.contour_speed],
+        fill_speed: [recipe.fill_speed, 1.3 * recipe.fill_speed],
+        mark_waits: vec![recipe.mark_wait],
+        jump_factors: vec![1.0],
+        filter_factors: vec![1.0],
+        contour_error: 10.0,
+        contour_share: 0.9,
+        fill_rate: 0.01,
+    };
+    let found = search(&problem, &bounds, &Silent).unwrap();
+    let (start, best) = (&found.start, found.best.as_ref().unwrap());
+    // nothing stands against the fastest
+    near(best.recipe.contour_speed, bounds.contour_speed[1], 1e-9);
+    near(best.recipe.fill_speed, bounds.fill_speed[1], 1e-9);
+    assert!(best.duration < start.duration);
+    let ready = data.head.ready().unwrap();
+    let mut sink = fill();
+    let job = job_of(&plate, &recipe);
+    ready
+        .run(&job, start.recipe.delays, 1, &Silent, &mut sink)
+        .unwrap();
+    let rates = sink.finish();
+    assert_eq!(rates.len(), 2);
+    println!("{rates:?} {:?}", start.recipe.delays);
+    assert!(rates.iter().all(|r| r[0] > 0.5));
+    near(start.fill_rate, 0.5 * (rates[0][0] + rates[1][0]), 1e-12);
+    let period = data.head.period;
+    near(
+        start.duration,
+        (sample_count(alone(&job), period).unwrap() - 1) as f64 * period,
+        1e-12,
+    );
+}
