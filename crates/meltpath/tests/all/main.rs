@@ -21,6 +21,7 @@ mod identify;
 mod lpbf;
 mod names;
 mod over;
+mod paced;
 mod reach;
 mod reference;
 mod remedies;
