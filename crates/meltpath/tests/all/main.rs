@@ -18,6 +18,7 @@ mod foretold;
 mod free_axes;
 mod health;
 mod identify;
+mod leaning;
 mod lpbf;
 mod names;
 mod over;
