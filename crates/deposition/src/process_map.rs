@@ -12,7 +12,7 @@ mod kriging;
 mod measured;
 
 pub use data::Validity;
-pub use file::{MapFile, MapKind};
+pub use file::{MapFile, MapKind, TiltTable};
 pub use grid::{Grid, GridPart};
 pub use import::Oddity;
 pub use inverse::Target;
@@ -149,6 +149,8 @@ pub struct ProcessMap {
     pub feed_factor: Datum<Pure>,
     /// What the source feeds at other contact tube distances, where it was measured.
     pub feed_response: Option<MeasuredResponse>,
+    /// How far leaning pools were seen to stay.
+    pub tilt: Option<TiltTable>,
     /// Where the map holds.
     pub validity: Validity,
     /// The law.
@@ -297,6 +299,14 @@ impl ProcessMap {
         let programmed = wire_feed / M_PER_MIN;
         let band = stabiliser.map_or(measured.stabiliser.0, |s| s / M_PER_MIN);
         Some(measured.at(programmed, self.feed_factor.0 * programmed, band))
+    }
+
+    /// The greatest angle between torch and vertical, rad, at which a pool of a bead of `area` mm² stays: the greatest at which one as large or
+    /// larger was seen to. `None` where none was.
+    pub fn greatest_tilt(&self, area: f64) -> Option<f64> {
+        let rows = self.tilt.as_ref()?.rows.iter();
+        let stayed = rows.filter(|[section, _]| *section >= area).map(|r| r[1]);
+        stayed.reduce(f64::max).map(f64::to_radians)
     }
 
     /// Whether beads at a wire feed and a travel speed, mm/s, lie where the map was measured.

@@ -1,6 +1,9 @@
 //! The axes of a cell along the motion that its controller really makes, corners cut and slowed down at: how fast they go there, how fast
 //! they speed up, and how near they come to their limits.
 //!
+//! Where an axis cannot keep the pace of that motion, the same way is driven more slowly: as fast as its speed and, where it is told, its
+//! acceleration let it, before and after that as its acceleration asks ([`crate::pacing`]).
+//!
 //! The wire's tip, the turn of the tool and the external axes are those of [`crate::interpolation::fir`]; the arm goes on from its chosen way
 //! ([`crate::posture`]), the joints always the nearest continuation. Between two samples a speed or an acceleration is bounded: the mean of
 //! the step, and what the differences beside it let it rise above that.
@@ -18,6 +21,7 @@ use crate::interpolation::corner::dwells;
 use crate::interpolation::fir::{MotionError, simulate};
 use crate::interpolation::riders::{Carried, Rider, Riders};
 use crate::kinematics::Limits;
+use crate::pacing::{Asked, Pacing, rates};
 use crate::posture::{Axes, Held, Least, NotHeld, Task, Why};
 use crate::weave::Weaving;
 
@@ -54,6 +58,12 @@ pub struct Driven {
     pub beyond: f64,
     /// Where the arm could not go on from its chosen way.
     pub lost: Option<NotHeld>,
+    /// The pace at which the motion is driven: slower where an axis asks for it while the arc burns.
+    pub pacing: Pacing,
+    /// Length of the beads along which it is slower, mm.
+    pub slowed: f64,
+    /// Where it is slowest against the motion's own pace; nothing where every axis keeps up.
+    pub slowest: Option<Slowest>,
 }
 
 /// The greatest share of what an axis can do, and the speed of the wire's tip there.
@@ -61,7 +71,32 @@ pub struct Driven {
 pub struct Peak {
     /// The share, the axis, the place.
     pub most: Least,
-    /// Speed of the wire's tip there, mm/s.
+    /// Speed of the wire's tip there at the motion's own pace, mm/s.
+    pub speed: f64,
+    /// The rate of the pace there: the tip's speed is so much of that.
+    pub rate: f64,
+    /// The sample of the motion.
+    sample: usize,
+}
+
+impl Peak {
+    /// At a place along the path as written, where nothing is driven.
+    pub fn written(most: Least, speed: f64) -> Self {
+        Peak {
+            most,
+            speed,
+            rate: 1.0,
+            sample: 0,
+        }
+    }
+}
+
+/// Where a motion is slowest against its own pace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slowest {
+    /// The rate, the axis that asks for it, the place.
+    pub at: Least,
+    /// Speed of the wire's tip there at the motion's own pace, mm/s.
     pub speed: f64,
 }
 
@@ -105,6 +140,7 @@ pub fn drive(
         &mut weaving
     };
     simulate(task.start, task.commands, controller, dt, observer, sink)?;
+    axes.end_run(None);
     Ok(axes.found)
 }
 
@@ -115,6 +151,15 @@ struct Moment {
     tip: DVec3,
     speed: f64,
     command: u32,
+    sample: usize,
+}
+
+/// Moments, the arc burning, without one between that was not followed.
+#[derive(Default)]
+struct Run {
+    /// The moment before, if it was followed.
+    before: Option<Moment>,
+    moments: Vec<Moment>,
 }
 
 /// Goes along a motion.
@@ -128,6 +173,7 @@ struct Following<'a> {
     joints: Option<[f64; 6]>,
     /// The last four moments, the newest last.
     moments: Vec<Moment>,
+    run: Run,
     /// From one looked at to the next, s.
     step: f64,
     count: usize,
@@ -144,9 +190,13 @@ impl<'a> Following<'a> {
             joints: begins.first().map(|b| b.1),
             begins,
             moments: Vec::with_capacity(5),
+            run: Run::default(),
             step: EVERY as f64 * dt,
             count: 0,
-            found: Driven::default(),
+            found: Driven {
+                pacing: Pacing::own(dt),
+                ..Driven::default()
+            },
         }
     }
 
@@ -164,12 +214,14 @@ impl<'a> Following<'a> {
     fn place(&mut self, tip: Pose, external: External, (command, speed): (u32, f64)) {
         let of = self.task.commands.get(command as usize);
         if of.is_some_and(|c| c.kind == Kind::Joint) {
+            self.end_run(None);
             self.joints = None;
             self.moments.clear();
             return;
         }
         let cell = self.task.cell;
         let Some(near) = self.near(command) else {
+            self.end_run(None);
             return;
         };
         let values = Values::of(near, external);
@@ -184,12 +236,15 @@ impl<'a> Following<'a> {
         }
         self.joints = Some(joints);
         let axes = cell.shown(&Values::of(joints, external));
-        self.moments.push(Moment {
+        let moment = Moment {
             axes,
             tip: tip.position,
             speed,
             command,
-        });
+            sample: self.count - 1,
+        };
+        self.go_on(moment);
+        self.moments.push(moment);
         if self.moments.len() > 4 {
             self.moments.remove(0);
         }
@@ -204,7 +259,70 @@ impl<'a> Following<'a> {
             position: tip.position,
             why,
         });
+        self.end_run(None);
         self.moments.clear();
+    }
+
+    fn burns(&self, moment: &Moment) -> bool {
+        let command = self.task.commands.get(moment.command as usize);
+        command.is_some_and(|c| matches!(c.source, Source::On { .. }))
+    }
+
+    /// Goes on along a bead, to its begin, or from its end.
+    fn go_on(&mut self, moment: Moment) {
+        if !self.burns(&moment) {
+            return self.end_run(Some(moment));
+        }
+        if self.run.moments.is_empty() {
+            self.run.before = self.moments.last().copied();
+        }
+        self.run.moments.push(moment);
+    }
+
+    /// Paces the bead that ended before the moment `after`, if that was followed.
+    fn end_run(&mut self, after: Option<Moment>) {
+        let run = std::mem::take(&mut self.run);
+        let Some(first) = run.moments.first() else {
+            return;
+        };
+        let all = run.before.iter().chain(&run.moments).chain(&after);
+        let rows: Vec<[f64; AXES]> = all.map(|m| m.axes).collect();
+        let begin = usize::from(run.before.is_some());
+        let asked = Asked {
+            rows: &rows,
+            step: self.step,
+            beside: [begin, usize::from(after.is_some())],
+            limits: &self.limits,
+        };
+        let squares = rates(&asked);
+        self.found.pacing.add(first.sample, EVERY, &squares);
+        for peak in [&mut self.found.speed, &mut self.found.acceleration] {
+            if let Some(peak) = peak
+                && let Some(row) = peak.sample.checked_sub(first.sample)
+                && let Some(x) = squares.get(row / EVERY)
+            {
+                peak.rate = x.sqrt();
+            }
+        }
+        for (row, (moment, x)) in run.moments.iter().zip(&squares).enumerate() {
+            if *x >= 1.0 {
+                continue;
+            }
+            if let Some(next) = run.moments.get(row + 1) {
+                self.found.slowed += moment.tip.distance(next.tip);
+            }
+            if self.found.slowest.is_none_or(|s| x.sqrt() < s.at.value) {
+                let allows = |axis: usize| {
+                    let [speed, acceleration] = asked.allowed(begin + row, axis);
+                    speed.min(acceleration)
+                };
+                let axis = (0..AXES).min_by(|a, b| allows(*a).total_cmp(&allows(*b)));
+                self.found.slowest = Some(Slowest {
+                    at: moment.place(x.sqrt(), axis.unwrap_or(0)),
+                    speed: moment.speed,
+                });
+            }
+        }
     }
 
     /// Looks at the way to the newest moment, whose joints keep `margin` rad from their limits.
@@ -231,11 +349,7 @@ impl<'a> Following<'a> {
         let [.., first, a, b, last] = self.moments[..] else {
             return;
         };
-        let burns = |m: &Moment| {
-            let command = self.task.commands.get(m.command as usize);
-            command.is_some_and(|c| matches!(c.source, Source::On { .. }))
-        };
-        if !(burns(&a) && burns(&b)) {
+        if !(self.burns(&a) && self.burns(&b)) {
             return;
         }
         let mut greatest = 0.0_f64;
@@ -290,8 +404,8 @@ impl Moment {
 fn take(kept: &mut Option<Peak>, most: Least, at: &Moment) {
     if kept.is_none_or(|k| most.value > k.most.value) {
         *kept = Some(Peak {
-            most,
-            speed: at.speed,
+            sample: at.sample,
+            ..Peak::written(most, at.speed)
         });
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::command::{Command, Kind, Source};
+
 /// How one command went.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CommandRecord {
@@ -34,4 +36,18 @@ pub struct Summary {
     pub samples: u64,
     /// The commands, in order.
     pub commands: Vec<CommandRecord>,
+}
+
+impl Summary {
+    /// Counts the time that a command takes, s, and the wire that it feeds.
+    pub(crate) fn spend(&mut self, command: &Command, duration: f64) {
+        match (command.source, command.kind) {
+            (Source::On { wire_feed }, _) => {
+                self.arc_time += duration;
+                self.wire += duration * wire_feed;
+            }
+            (Source::Off, Kind::Wait { .. }) => self.pause_time += duration,
+            (Source::Off, _) => self.travel_time += duration,
+        }
+    }
 }

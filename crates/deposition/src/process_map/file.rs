@@ -77,6 +77,21 @@ table! {
         assumed: Vec<String> => default([], "nothing");
         /// What the source feeds at other contact tube distances.
         feed_response: MeasuredResponse => none("not measured: the feed is that of the reference distance");
+        /// How far leaning pools were seen to stay.
+        tilt: TiltTable => none("not measured: whether a pool that leans stays cannot be said");
+    }
+
+    /// How far pools of this wire, gas and mode lean against gravity and stay, as it was seen on beads. A pool stays at an angle where a larger
+    /// one did: weight grows with size faster than what holds it.
+    pub struct TiltTable {
+        /// Section of the bead in mm², and the greatest angle in deg between torch and vertical at which it stayed.
+        rows: Vec<[f64; 2]> where positive => required;
+        /// Document.
+        source: String => required;
+        /// Page of it.
+        page: String => required;
+        /// How it was read or derived.
+        note: String => none("nothing to add");
     }
 
     /// Where a map holds.
@@ -190,6 +205,15 @@ pub(super) fn between_keys(map: &MapFile) -> Vec<Problem> {
                 problem.help("write the least and then the greatest speed")
             }),
     );
+    if let Some(tilt) = &*map.tilt {
+        if tilt.rows.is_empty() {
+            problems.push(tilt.rows.problem("no bead is written"));
+        }
+        if let Some([_, angle]) = tilt.rows.iter().find(|r| r[1] > 180.0) {
+            let message = format!("a torch cannot lean by {angle} deg: at most 180 deg, overhead");
+            problems.push(tilt.rows.problem(message));
+        }
+    }
     problems.extend(map.feed_response.as_ref().and_then(MeasuredResponse::check));
     if map
         .walls

@@ -367,3 +367,34 @@ fn a_grid_without_nodes_to_spare_needs_a_stated_deviation() {
     let told = read(&bare).unwrap_err().to_string();
     assert!(told.contains("two by two nodes"), "{told}");
 }
+
+const LEANING: &str = "\n[tilt]\nrows = [[6.0, 90.0], [12.0, 45.0], [9.0, 30.0]]\nsource = \"own beads\"\npage = \"3\"\n";
+
+/// A pool stays where one as large or larger did; of larger ones than any nothing is known, and without the table of none.
+#[test]
+fn a_pool_leans_as_far_as_larger_ones_did() {
+    let wire = Wire::builtin("g3si-1.2").unwrap();
+    let text = format!("{TWO_POINTS}{LEANING}");
+    let map = ProcessMap::parse("mine", &text, &wire, &Reporter::new()).unwrap();
+    let degrees = |area: f64| map.greatest_tilt(area).map(f64::to_degrees);
+    let near = |area: f64, wanted: f64| {
+        let found = degrees(area).unwrap();
+        assert!((found - wanted).abs() < 1e-9, "{area}: {found}");
+    };
+    near(5.0, 90.0);
+    near(6.0, 90.0);
+    // one of 9 mm² was seen at 30 deg alone, but a larger one at 45
+    near(6.1, 45.0);
+    near(9.0, 45.0);
+    near(12.0, 45.0);
+    assert_eq!(degrees(12.1), None);
+    assert_eq!(table().greatest_tilt(1.0), None);
+    for (from, to) in [
+        ("45.0]", "190.0]"),
+        ("[[6.0, 90.0], [12.0, 45.0], [9.0, 30.0]]", "[]"),
+    ] {
+        let text = text.replace(from, to);
+        let error = ProcessMap::parse("mine", &text, &wire, &Reporter::new()).unwrap_err();
+        assert!(matches!(error, ProcessMapError::Content(_)), "{error}");
+    }
+}

@@ -217,7 +217,7 @@ table! {
         /// Largest deviation of the distance between passes on a surface from the layer height, share of it.
         spacing: Ratio where up_to(100.0) => default("10 %", "the scatter of bead heights, three times its usual 3 %");
         /// Largest angle between torch and vertical along a surface.
-        tilt: Angle where within(0.0, std::f64::consts::PI) => none("the tilt is told, and cannot be judged: no limit was measured");
+        tilt: Angle where within(0.0, std::f64::consts::PI) => none("what `[tilt]` of the process map says of beads as large; without it the tilt is told and cannot be judged");
         /// Smallest distance of torch and arm from the part as it grows, the table and the arm itself.
         clearance: Length where within(0.0, 1000.0) => default("2 mm", "a nozzle that comes nearer touches sooner or later");
         /// Smallest distance of a joint of the robot from its limits.

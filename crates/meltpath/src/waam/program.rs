@@ -23,6 +23,8 @@ use meltpath_programs::{
 use meltpath_robot::cell::External;
 use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
+use meltpath_robot::driven::Driven;
+use meltpath_robot::pacing::Pacing;
 use meltpath_robot::posture::Change;
 use meltpath_robot::travel::LeastTime;
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
@@ -281,6 +283,8 @@ pub struct Commands {
     pub divided: Vec<Division>,
     /// Travels that take longer than they are programmed, as an axis goes no faster: their speeds are set so.
     pub slowed: Vec<Slowed>,
+    /// The axes of the job's robot along the motion, and the pace that they leave it; nothing where they were not followed.
+    pub driven: Option<Driven>,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
@@ -296,7 +300,15 @@ pub struct Slowed {
     pub programmed: f64,
 }
 
+/// Where every axis keeps up.
+static OWN_PACE: Pacing = Pacing::OWN;
+
 impl Commands {
+    /// The pace at which the motion is driven.
+    pub(super) fn pacing(&self) -> &Pacing {
+        self.driven.as_ref().map_or(&OWN_PACE, |d| &d.pacing)
+    }
+
     /// A place along a command.
     pub(super) fn place(&self, command: u32, position: DVec3) -> Place {
         let i = command as usize;
@@ -395,6 +407,7 @@ pub fn commands(
         over: Vec::new(),
         divided: Vec::new(),
         slowed: Vec::new(),
+        driven: None,
         arc_length,
         gaps: reading.gaps,
     })

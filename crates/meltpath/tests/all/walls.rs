@@ -9,6 +9,7 @@ use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
+use meltpath_robot::Pacing;
 use meltpath_robot::command::{Command, Smoothing, Source};
 use meltpath_toolpath::{Weave, WeaveShape};
 
@@ -78,6 +79,7 @@ fn woven_wall(
         weaves: weave.as_slice(),
         layers: &[],
         controller: &s.controller,
+        pacing: &Pacing::OWN,
         map: map.unwrap(),
         bead: s.bead_model,
         pool: s.pool,

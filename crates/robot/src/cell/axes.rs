@@ -7,6 +7,19 @@ use crate::kinematics::Limits;
 pub const AXES: usize = 9;
 
 impl Cell {
+    /// The same cell where nobody tells how fast its axes can speed up.
+    #[must_use]
+    pub fn without_accelerations(&self) -> Cell {
+        let mut cell = self.clone();
+        let beside = cell.track.iter_mut().chain(&mut cell.positioner);
+        for chain in std::iter::once(&mut cell.arm.chain).chain(beside) {
+            for joint in &mut chain.joints {
+                joint.limits.acceleration = None;
+            }
+        }
+        cell
+    }
+
     /// What each axis can do; nothing for those that the cell lacks.
     pub fn axis_limits(&self) -> [Option<Limits>; AXES] {
         std::array::from_fn(|i| {

@@ -381,14 +381,7 @@ impl<'a> Run<'a> {
         let command = &self.commands[index];
         let duration = passage - self.last_passage;
         let s = &mut self.summary;
-        match (command.source, command.kind) {
-            (Source::On { wire_feed }, _) => {
-                s.arc_time += duration;
-                s.wire += duration * wire_feed;
-            }
-            (Source::Off, Kind::Wait { .. }) => s.pause_time += duration,
-            (Source::Off, _) => s.travel_time += duration,
-        }
+        s.spend(command, duration);
         self.passed.push_back(Passed {
             record: s.commands.len(),
             index,

@@ -240,3 +240,109 @@ fn the_arm_goes_over_where_no_way_holds_both_sides() {
     let not = changes(&task, &BTreeSet::new(), &Silent).unwrap_err();
     assert_eq!(not, hold(&task, &Silent).unwrap_err());
 }
+
+/// An arm with its torch straight under the flange goes past its first axis, which cannot keep up: at the place y of a line that keeps r from the
+/// axis the tip reaches ω (r² + y²) / r, and the line takes longer by 2 atan(y₀ / r) / ω - 2 y₀ / v up to where ω (r² + y₀²) / r = v.
+#[test]
+fn a_slow_axis_slows_the_tip_down_to_what_it_can() {
+    let text = find(robots::ALL, "kuka-kr16-r2010-2").unwrap().text;
+    let (arm, _) = text.split_once("\n[torch]").unwrap();
+    let text = format!(
+        "{arm}\n[torch]\nposition = [\"0 mm\", \"0 mm\", \"330 mm\"]\nwire = \"15 mm\"\n\
+         [table]\nposition = [\"800 mm\", \"0 mm\", \"300 mm\"]\n"
+    );
+    let mut cell = cell::read(&text).unwrap();
+    let (r, v, omega) = (800.0_f64, 12.5_f64, 8.5 / 800.0);
+    cell.arm.chain.joints[0].limits.speed = Some(omega);
+    let at = |y: f64| DVec3::new(0.0, y, 0.0);
+    let moves = (down(at(-600.0)), vec![line(0, at(600.0), v, ON)]);
+    let found = driven(&cell, &moves);
+    let y0 = (r * v / omega - r * r).sqrt();
+    let wanted = 2.0 * (y0 / r).atan() / omega - 2.0 * y0 / v;
+    assert!(
+        (found.pacing.delay() - wanted).abs() < 2e-3 * wanted,
+        "{found:?}"
+    );
+    assert!((found.slowed - 2.0 * y0).abs() < 1.0, "{}", found.slowed);
+    let slowest = found.slowest.unwrap();
+    assert_eq!(slowest.at.joint, 0);
+    let tip = slowest.at.value * slowest.speed;
+    assert!((tip - omega * r).abs() < 1e-3, "{slowest:?}");
+    assert!(slowest.at.position.y.abs() < 1.0);
+    let peak = found.speed.unwrap();
+    assert!((peak.rate * peak.most.value - 1.0).abs() < 1e-6, "{peak:?}");
+
+    let mut blocks: Vec<MotionBlock> = Vec::new();
+    let controller = controller();
+    let dt = controller.sampling();
+    let mut paced = found.pacing.before(&mut blocks);
+    let own = simulate(moves.0, &moves.1, &controller, dt, &Silent, &mut paced).unwrap();
+    let summary = found.pacing.summary(own.clone(), &moves.1);
+    let fed: f64 = blocks.iter().flat_map(|b| &b.wire).sum();
+    assert!((fed / summary.wire - 1.0).abs() < 1e-9);
+    assert!((summary.wire / (130.0 * summary.arc_time) - 1.0).abs() < 1e-12);
+    assert!((summary.arc_time - own.arc_time - wanted).abs() < 2e-3 * wanted);
+    let mut before: Option<(f64, DVec3)> = None;
+    for (i, block) in blocks
+        .iter()
+        .flat_map(|b| (0..b.len()).map(move |i| (i, b)))
+    {
+        let here = (block.time(i), block.position[i]);
+        if let Some((time, from)) = before.replace(here)
+            && here.1.y.abs() < 590.0
+        {
+            let y = 0.5 * (from.y + here.1.y);
+            let wanted = (omega * (r * r + y * y) / r).min(v);
+            let speed = from.distance(here.1) / (here.0 - time);
+            assert!((speed / wanted - 1.0).abs() < 2e-3, "{y} {speed} {wanted}");
+        }
+    }
+}
+
+/// On the motion at its pace no joint goes or speeds up faster than it can, at corners where its own pace asks for twice that.
+#[test]
+fn axes_keep_their_accelerations_at_corners() {
+    let (mut cell, controller) = (arcmate(), controller());
+    let moves = square(DVec3::new(-100.0, 150.0, 0.0), 20.0);
+    let own = driven(&cell, &moves).acceleration.unwrap().most.value;
+    for joint in &mut cell.arm.chain.joints {
+        joint.limits.acceleration = Some(10.0 * own / 2.0);
+    }
+    let found = driven(&cell, &moves);
+    let peak = found.acceleration.unwrap();
+    assert!(
+        (peak.most.value - 2.0).abs() < 0.01 && peak.rate < 0.8,
+        "{peak:?}"
+    );
+    let mut blocks: Vec<MotionBlock> = Vec::new();
+    let mut paced = found.pacing.before(&mut blocks);
+    simulate(
+        moves.0,
+        &moves.1,
+        &controller,
+        controller.sampling(),
+        &Silent,
+        &mut paced,
+    )
+    .unwrap();
+    let mut joints = held_joints(&cell, &moves);
+    let mut row: Vec<(f64, [f64; 6])> = Vec::new();
+    for block in &blocks {
+        for (i, position) in block.position.iter().enumerate() {
+            let flange = cell.base_from_flange(down(*position), &cell.at_rest());
+            joints = cell.arm.nearest(flange, &joints).unwrap();
+            row.push((block.time(i), cell.arm.shown(joints)));
+        }
+    }
+    let mut hardest = 0.0_f64;
+    for at in row.windows(9) {
+        let [a, b, c] = [at[0], at[4], at[8]];
+        for i in 0..6 {
+            let [early, late] = [(a, b), (b, c)].map(|(p, q)| (q.1[i] - p.1[i]) / (q.0 - p.0));
+            let limit = cell.arm.chain.joints[i].limits.acceleration.unwrap();
+            hardest = hardest.max(2.0 * (late - early).abs() / (c.0 - a.0) / limit);
+        }
+    }
+    println!("{hardest}");
+    assert!((0.95..1.005).contains(&hardest), "{hardest}");
+}

@@ -18,6 +18,7 @@ use super::{
     SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, speed_plot, write_passes,
 };
 use crate::views::write_csv;
+use crate::waam::drive::lean;
 use crate::waam::settings::Settings;
 use crate::waam::surface::Asked;
 use crate::waam::surface::grow::outcomes;
@@ -247,7 +248,7 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
             by_pass(&|p| tilt_of(p, wall)[2]),
         )
         .line("mean of the pass", by_pass(&|p| tilt_of(p, wall)[1]));
-    if let Some(limit) = settings.limits.tilt {
+    if let Some(limit) = lean::limit(settings) {
         tilt = tilt.limit("limit", limit.to_degrees());
     }
     let speed = speed_plot(&wall.samples);

@@ -13,6 +13,7 @@ use meltpath_robot::collision::Metal;
 use meltpath_robot::command::Command;
 use meltpath_robot::controller::Controller;
 use meltpath_robot::interpolation::fir::{self, MotionError};
+use meltpath_robot::pacing::Pacing;
 use meltpath_robot::summary::Summary;
 use meltpath_robot::weave::Weaving;
 use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
@@ -71,6 +72,8 @@ pub struct Build<'a> {
     pub layers: &'a [PlannedLayer],
     /// The controller.
     pub controller: &'a Controller,
+    /// The pace at which its motion is driven.
+    pub pacing: &'a Pacing,
     /// The bare plate.
     pub map: HeightMap,
     /// The bead.
@@ -100,6 +103,7 @@ impl<'a> Build<'a> {
             weaves: &commands.weaves,
             layers,
             controller: &settings.controller,
+            pacing: commands.pacing(),
             map,
             bead: settings.bead_model,
             pool: settings.pool,
@@ -207,10 +211,10 @@ pub fn simulate(
         .with_layers(build.layer_of_command)
         .reporting_to(reporter)
         .on_layer(on_layer);
-    let mut both = Both {
+    let mut both = build.pacing.before(Both {
         recorder: &mut recorder,
         deposition: &mut deposition,
-    };
+    });
     let mut weaving;
     let sink: &mut dyn MotionSink = if build.weaves.is_empty() {
         &mut both
@@ -227,6 +231,7 @@ pub fn simulate(
         observer,
         sink,
     )?;
+    let summary = build.pacing.summary(summary, build.commands);
     let deposit = deposition.finish();
     if let Some(e) = trouble {
         return Err(e.into());

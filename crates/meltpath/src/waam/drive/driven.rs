@@ -1,6 +1,6 @@
-//! The axes of the robot along its real motion: what the verdict says of their speeds and accelerations while the arc burns.
+//! The axes of the robot along its real motion: how slow they make it, and what the verdict says of their speeds and accelerations while the arc burns.
 
-use meltpath_base::{Check, Limit, Measure, Observer, Quiet, Status};
+use meltpath_base::{Check, Fact, Limit, Measure, Observer, Quiet, Status};
 use meltpath_robot::command::Source;
 use meltpath_robot::driven::{Driven, Peak, drive};
 use meltpath_robot::posture::{Held, Least, Task};
@@ -12,16 +12,31 @@ use crate::waam::settings::Settings;
 /// m/min in a mm/s.
 const M_PER_MIN: f64 = 0.06;
 
-/// The axes along the motion of a held program; nothing where nobody says how the controller interpolates.
+/// The axes along the motion of a held program. Where nobody says how the controller interpolates, it goes round corners at once, and what
+/// accelerations ask there is not known: speeds alone are kept.
 pub(in crate::waam) fn along(
     task: &Task<'_>,
     held: &Held,
     moves: &Commands,
     (settings, observer): (&Settings, &dyn Observer),
 ) -> Option<Driven> {
-    settings.cell.motion.as_ref()?;
     let weaves = (&moves.weaves[..], &moves.weave_of_command[..]);
-    drive(task, held, &settings.controller, weaves, &Quiet(observer)).ok()
+    let drive =
+        |task: &Task<'_>| drive(task, held, &settings.controller, weaves, &Quiet(observer)).ok();
+    if settings.cell.motion.is_some() {
+        return drive(task);
+    }
+    let by_speeds = task.cell.without_accelerations();
+    drive(&Task {
+        cell: &by_speeds,
+        ..*task
+    })
+}
+
+/// What the verdict tells of the axes along the motion: nothing where nobody says how the controller interpolates.
+pub(in crate::waam) fn told(moves: &Commands, settings: &Settings) -> Option<Driven> {
+    settings.cell.motion.as_ref()?;
+    moves.driven.clone()
 }
 
 const SPEED: &str = "speed of axes along beads, share of what they can do";
@@ -37,7 +52,7 @@ pub(in crate::waam) fn speed(
     let set = |most: Least| {
         let command = moves.commands.get(most.command as usize);
         let speed = command.map_or(0.0, |c| c.speed);
-        Peak { most, speed }
+        Peak::written(most, speed)
     };
     let peak = match driven {
         Some(driven) => driven.speed,
@@ -130,8 +145,11 @@ fn judged(
 
 /// What happens where the set speed cannot be held.
 fn not_held(driven: Option<&Driven>, peak: &Peak, moves: &Commands, settings: &Settings) -> String {
-    let share = peak.most.value;
-    let reached = peak.speed / share;
+    let rate = match driven {
+        Some(_) => peak.rate,
+        None => 1.0 / peak.most.value,
+    };
+    let reached = peak.speed * rate;
     let command = moves.commands.get(peak.most.command as usize);
     let bead = match command.map(|c| c.source) {
         Some(Source::On { wire_feed }) => {
@@ -151,8 +169,31 @@ fn not_held(driven: Option<&Driven>, peak: &Peak, moves: &Commands, settings: &S
         format!("; along {:.1} mm of beads an axis cannot follow", d.beyond)
     });
     format!(
-        "the wire's tip goes {:.2} m/min there, {:.2} m/min would be within limits: a robot that slows down to it lays {share:.2} times the metal per length{bead}{beyond}",
+        "the wire's tip should go {:.2} m/min there and goes {:.2} m/min, as slowly as that axis: {:.2} times the metal per length{bead}{beyond}",
         peak.speed * M_PER_MIN,
         reached * M_PER_MIN,
+        1.0 / rate,
     )
+}
+
+/// Beads that axes make longer.
+pub(in crate::waam) fn fact(moves: &Commands) -> Option<Fact> {
+    let driven = moves.driven.as_ref()?;
+    let slowest = driven.slowest?;
+    let (at, rate) = (slowest.at, slowest.at.value);
+    let told = format!(
+        "along {:.1} mm of them; slowest where {} lets the wire's tip go {:.2} m/min in place of {:.2}: {:.2} times the metal per length",
+        driven.slowed,
+        axis(at.joint),
+        slowest.speed * rate * M_PER_MIN,
+        slowest.speed * M_PER_MIN,
+        1.0 / rate
+    );
+    let fact = Fact::new(
+        "bead-axes",
+        "beads take longer than set, as an axis goes no faster",
+        Measure::exact(driven.pacing.delay(), "s"),
+        &told,
+    );
+    Some(fact.at(moves.place(at.command, at.position)))
 }

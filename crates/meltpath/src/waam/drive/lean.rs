@@ -59,12 +59,40 @@ impl Turned {
     }
 }
 
+/// The greatest lean that is allowed, rad: what the job writes, else what was seen on beads as large as its own.
+pub(crate) fn limit(settings: &Settings) -> Option<f64> {
+    let area = settings.bead.area.value;
+    let seen = || settings.map.greatest_tilt(area);
+    settings.limits.tilt.or_else(seen)
+}
+
 /// The check of a lean, rad.
 pub(in crate::waam) fn check(angle: f64, at: Option<Place>, settings: &Settings) -> Check {
     let measure = Measure::exact(angle.to_degrees(), "deg");
-    let check = if let Some(limit) = settings.limits.tilt {
-        Check::judge(ID, TITLE, measure, Limit::AtMost(limit.to_degrees()))
-            .remedy("a smaller surface.tilt, or a positioner that turns the part")
+    let area = settings.bead.area.value;
+    let check = if let Some(limit) = limit(settings) {
+        let check = Check::judge(ID, TITLE, measure, Limit::AtMost(limit.to_degrees()))
+            .remedy("a smaller surface.tilt, or a positioner that turns the part");
+        match &settings.map.tilt {
+            Some(seen) if settings.limits.tilt.is_none() => check.because(&format!(
+                "pools of {area:.1} mm² or more were seen to stay so far: {}, {}",
+                *seen.source, *seen.page
+            )),
+            _ => check,
+        }
+    } else if let Some(seen) = &settings.map.tilt {
+        let check = Check {
+            status: Status::CannotSay,
+            value: Some(measure),
+            ..Check::not_checked(ID, TITLE, "")
+        };
+        let largest = seen.rows.iter().map(|r| r[0]).fold(0.0, f64::max);
+        check
+            .because(&format!(
+                "the bead has {area:.1} mm², and pools of {largest:.1} mm² at most were seen to stay: {}, {}",
+                *seen.source, *seen.page
+            ))
+            .remedy("a smaller bead; or lay a leaning one of this size, and write the angle up to which it stays: checks.tilt")
     } else {
         let check = Check {
             status: Status::CannotSay,
@@ -76,7 +104,7 @@ pub(in crate::waam) fn check(angle: f64, at: Option<Place>, settings: &Settings)
                 "how far a pool of {} in mode {} may lean was not measured",
                 *settings.wire.name, settings.mode
             ))
-            .remedy("lay a leaning bead, and write the angle up to which it stays: checks.tilt")
+            .remedy("lay a leaning bead, and write the angle up to which it stays: checks.tilt, or [tilt] of the process map")
     };
     match at {
         Some(place) => check.at(place),

@@ -64,7 +64,7 @@ pub(in crate::waam) fn along(
             configurations: Vec::new(),
             differing: None,
             changes: Vec::new(),
-            driven: driven::along(&task, &held, moves, (settings, observer)),
+            driven: driven::told(moves, settings),
             steps: film::steps(&task, &held)?,
         };
         let mut before = None;
@@ -463,5 +463,6 @@ pub(in crate::waam) fn facts(
     .chain(division::fact(&moves.divided))
     .chain(way_changes(along, moves))
     .chain(travels::fact(moves))
+    .chain(driven::fact(moves))
     .collect()
 }

@@ -1,4 +1,5 @@
-//! Travels under the limits of the axes: where an axis takes longer than the tool, the travel is driven as much slower.
+//! The pace of programs under the limits of the axes: a travel on which an axis takes longer than the tool is driven as much slower; along beads
+//! the motion is as slow as its axes are there.
 
 use meltpath_base::{Fact, Measure, Observer, Quiet};
 use meltpath_geometry::math::DVec3;
@@ -11,6 +12,7 @@ use meltpath_robot::posture::{Rotation, hold};
 use meltpath_robot::travel::{LeastTime, least_time};
 
 use crate::waam::drive::axes::axis;
+use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Step};
 use crate::waam::drive::hold::{Positions, followed, named, task};
 use crate::waam::program::{self, Commands, Slowed};
@@ -21,8 +23,8 @@ const SAME: f64 = 0.05;
 /// Moves shorter than this have no speed to set, mm.
 const NOWHERE: f64 = 1e-3;
 
-/// Drives travels so slowly that every axis of the job's robot gets along, along programs as they are written. Where the robot does not hold the
-/// torch along them they stay as they are: the verdict tells why.
+/// Drives programs as they are written so slowly that every axis of the job's robot gets along: travels as a whole, beads where an axis cannot
+/// follow. Where the robot does not hold the torch along them they stay as they are: the verdict tells why.
 pub(in crate::waam) fn pace(
     programs: &[Program],
     moves: &mut Commands,
@@ -35,15 +37,26 @@ pub(in crate::waam) fn pace(
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
-    let steps = {
+    let held = {
         let task = task(cell, moves, Rotation::Written, &named);
-        let held = hold(&task, &Quiet(observer));
-        held.and_then(|held| film::steps(&task, &held))
+        hold(&task, &Quiet(observer)).and_then(|held| Ok((film::steps(&task, &held)?, held)))
     };
-    let Ok(steps) = steps else { return };
+    let Ok((steps, held)) = held else { return };
+    slow_travels(&programs, &steps, (cell, moves), settings);
+    let task = task(cell, moves, Rotation::Written, &named);
+    moves.driven = driven::along(&task, &held, moves, (settings, observer));
+}
+
+/// Drives travels as slowly as their slowest axis.
+fn slow_travels(
+    programs: &[Program],
+    steps: &[Step],
+    (cell, moves): (&Cell, &mut Commands),
+    settings: &Settings,
+) {
     let times = Times::of(moves, &settings.controller);
     // of RAPID a joint move has the speed of the tool; of others a share of what the joints can do
-    let full = match program::spoken(&programs) {
+    let full = match program::spoken(programs) {
         Dialect::Rapid => None,
         _ => Some(settings.controller.joint_speed.value.0),
     };

@@ -94,11 +94,12 @@ pub(super) fn drive(
         &settings.controller,
         settings.controller.sampling(),
         observer,
-        &mut Sinks {
+        &mut commands.pacing().before(Sinks {
             recorder: &mut recorder,
             layings: &mut layings,
-        },
+        }),
     )?;
+    let summary = commands.pacing().summary(summary, &commands.commands);
     let mut laid = layings.into_iter().map(Laying::finish);
     let grown = match (laid.next(), laid.next(), trouble) {
         (Some(fine), Some(coarse), None) => Ok(Grown {
