@@ -183,17 +183,15 @@ impl<S: MotionSink> MotionSink for Paced<'_, S> {
             return self.sink.block(block);
         }
         self.block.clone_from(block);
-        let times = match (&block.times, slows) {
-            (Times::Uniform { t0, dt }, false) => Times::Uniform {
+        self.block.times = if let (Times::Uniform { t0, dt }, false) = (&block.times, slows) {
+            Times::Uniform {
                 t0: t0 + late,
                 dt: *dt,
-            },
-            _ => {
-                let late = |i: usize| block.time(i) + pacing.late(first + i);
-                Times::Each((0..block.len()).map(late).collect())
             }
+        } else {
+            let late = |i: usize| block.time(i) + pacing.late(first + i);
+            Times::Each((0..block.len()).map(late).collect())
         };
-        self.block.times = times;
         if slows {
             for i in 0..block.len() {
                 let n = first + i;

@@ -325,7 +325,6 @@ mod tests {
                 hardest[i] = hardest[i].max(2.0 * (speeds[1] - speeds[0]).abs() / (before + after));
             }
         }
-        println!("{fastest:?} {hardest:?}");
         for i in 0..2 {
             let l = limits[i].unwrap();
             assert!(fastest[i] <= l.speed.unwrap() * 1.001, "{fastest:?}");
