@@ -165,9 +165,11 @@ def compare(arguments, name, expected, groups, others):
     if not arguments.no_run:
         run_step(arguments.binary.resolve(), expected, folder)
     said = folder.with_suffix(".json").read_text(encoding="utf-8")
+    answer = json.loads(said or '{"exit_code": -1}')
     for other in expected["after"]:
-        said = re.sub(re.escape(folder.with_name(other).as_posix()) + r"(?![\w-])", f"{{{other}}}", said)
-    found = expected | found_in(json.loads(said or '{"exit_code": -1}'))
+        place = re.compile(re.escape(folder.with_name(other).as_posix()) + r"(?![\w-])")
+        answer["lines"] = [place.sub(f"{{{other}}}", line) for line in answer.get("lines", [])]
+    found = expected | found_in(answer)
     code = found["exit"]
     said = list(differences(expected, found, groups))
     took = f"{time.monotonic() - begun:.0f} s"
