@@ -14,6 +14,9 @@ use meltpath_thermal::levels::Ground;
 
 /// Of the format of the files: other ones are not read.
 const FORMAT: u32 = 1;
+/// Endings of the files: of layers, and of layers that are being written.
+const LAYERS: &str = "layers";
+const PART: &str = "part-";
 
 /// A folder of layers that were drawn.
 ///
@@ -32,6 +35,8 @@ pub struct Kept {
 #[derive(Debug, Default)]
 struct Found {
     layers: usize,
+    /// Whether layers came from a file or went to one.
+    used: bool,
     /// When the file of a drawing was written last.
     written: BTreeMap<u64, Instant>,
     trouble: Option<String>,
@@ -52,7 +57,7 @@ struct Saved {
     layers: Layers,
 }
 
-/// Tells drawings apart.
+/// Tells drawings apart, for one build of the program: neither the hash nor what [`fmt::Debug`] writes need be the same for another.
 #[derive(Debug, Default, Clone)]
 pub(crate) struct Drawing(DefaultHasher);
 
@@ -99,15 +104,24 @@ impl Kept {
         self.found().trouble.clone()
     }
 
-    /// Whether a run could go on from what is kept.
+    /// Whether a run could go on from layers that this one took or kept.
     pub fn holds(&self) -> bool {
-        self.folder.exists()
+        self.found().used
     }
 
-    /// Forgets everything: the run is done.
+    /// Forgets all layers in the folder: the run is done. The folder goes with them where nothing else is in it.
     pub fn clear(&self) {
-        // what is not there is forgotten; what stays is found again by a run of the same drawings only
-        let _ = std::fs::remove_dir_all(&self.folder);
+        self.found().used = false;
+        let Ok(entries) = std::fs::read_dir(&self.folder) else {
+            return;
+        };
+        // what stays is found again by a run of the same drawings only
+        for path in entries.flatten().map(|entry| entry.path()) {
+            if of_layers(&path) {
+                let _ = std::fs::remove_file(path);
+            }
+        }
+        let _ = std::fs::remove_dir(&self.folder);
     }
 
     fn found(&self) -> MutexGuard<'_, Found> {
@@ -116,7 +130,7 @@ impl Kept {
 
     fn file(&self, drawing: &Drawing) -> PathBuf {
         self.folder
-            .join(format!("{:016x}.layers", drawing.number()))
+            .join(format!("{:016x}.{LAYERS}", drawing.number()))
     }
 
     /// The layers of a drawing of at most `most`.
@@ -132,7 +146,9 @@ impl Kept {
             && saved.drawing == drawing.number()
             && saved.layers.layers.len() <= most;
         serves.then(|| {
-            self.found().layers += saved.layers.layers.len();
+            let mut found = self.found();
+            found.layers += saved.layers.layers.len();
+            found.used = true;
             saved.layers
         })
     }
@@ -144,9 +160,13 @@ impl Kept {
         if before.unwrap_or(self.begun).elapsed() < self.every {
             return;
         }
-        self.found().written.insert(number, Instant::now());
-        if let Err(why) = self.write(drawing, layers) {
-            self.found().trouble = Some(why);
+        let written = self.write(drawing, layers);
+        let mut found = self.found();
+        // what failed is not tried again at once either
+        found.written.insert(number, Instant::now());
+        match written {
+            Ok(()) => found.used = true,
+            Err(why) => found.trouble = Some(why),
         }
     }
 
@@ -161,10 +181,24 @@ impl Kept {
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         let file = self.file(drawing);
         // another run of the same job may write the same file
-        let part = file.with_extension(format!("part-{}", std::process::id()));
+        let part = file.with_extension(format!("{PART}{}", std::process::id()));
         std::fs::create_dir_all(&self.folder)
             .and_then(|()| std::fs::write(&part, bytes))
             .and_then(|()| std::fs::rename(&part, &file))
-            .map_err(|e| format!("cannot write {}: {e}", file.display()))
+            .map_err(|e| {
+                // a part of a file serves nobody
+                let _ = std::fs::remove_file(&part);
+                format!("cannot write {}: {e}", file.display())
+            })
     }
+}
+
+/// Whether a file has a name of ours: the number of a drawing, and an ending.
+fn of_layers(path: &Path) -> bool {
+    let text = |part: Option<&std::ffi::OsStr>| {
+        part.and_then(|p| p.to_str()).unwrap_or_default().to_owned()
+    };
+    let (stem, ending) = (text(path.file_stem()), text(path.extension()));
+    let number = stem.len() == 16 && stem.bytes().all(|b| b.is_ascii_hexdigit());
+    number && (ending == LAYERS || ending.starts_with(PART))
 }

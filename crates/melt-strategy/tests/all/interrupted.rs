@@ -131,6 +131,12 @@ fn an_interrupted_drawing_goes_on() {
         drawn(metal, path, Some(&kept), &Silent).unwrap();
         assert_eq!(kept.layers(), 0);
     }
+    // all layers go, whoever kept them; what somebody else put there stays
+    let notes = home.join("notes.layers");
+    fs::write(&notes, "mine").unwrap();
+    now().clear();
+    assert_eq!(files(&home), std::slice::from_ref(&notes));
+    fs::remove_file(notes).unwrap();
     let kept = now();
     kept.clear();
     assert!(!kept.holds() && files(folder.path()).is_empty());
