@@ -109,19 +109,22 @@ impl Kept {
         self.found().used
     }
 
-    /// Forgets all layers in the folder: the run is done. The folder goes with them where nothing else is in it.
+    /// Forgets all layers in the folder: the run is done. The folder goes with them where nothing else is in it; one without layers stays.
     pub fn clear(&self) {
         self.found().used = false;
         let Ok(entries) = std::fs::read_dir(&self.folder) else {
             return;
         };
-        // what stays is found again by a run of the same drawings only
-        for path in entries.flatten().map(|entry| entry.path()) {
-            if of_layers(&path) {
-                let _ = std::fs::remove_file(path);
-            }
+        let files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+        let (ours, others): (Vec<PathBuf>, Vec<PathBuf>) =
+            files.into_iter().partition(|path| of_layers(path));
+        // what cannot be removed is found again by a run of the same drawings only
+        for file in &ours {
+            let _ = std::fs::remove_file(file);
         }
-        let _ = std::fs::remove_dir(&self.folder);
+        if others.is_empty() && !ours.is_empty() {
+            let _ = std::fs::remove_dir(&self.folder);
+        }
     }
 
     fn found(&self) -> MutexGuard<'_, Found> {
@@ -162,7 +165,7 @@ impl Kept {
         }
         let written = self.write(drawing, layers);
         let mut found = self.found();
-        // what failed is not tried again at once either
+        // also where it failed: a full disk is not asked again at every layer
         found.written.insert(number, Instant::now());
         match written {
             Ok(()) => found.used = true,
@@ -195,10 +198,11 @@ impl Kept {
 
 /// Whether a file has a name of ours: the number of a drawing, and an ending.
 fn of_layers(path: &Path) -> bool {
-    let text = |part: Option<&std::ffi::OsStr>| {
-        part.and_then(|p| p.to_str()).unwrap_or_default().to_owned()
-    };
-    let (stem, ending) = (text(path.file_stem()), text(path.extension()));
-    let number = stem.len() == 16 && stem.bytes().all(|b| b.is_ascii_hexdigit());
-    number && (ending == LAYERS || ending.starts_with(PART))
+    let name = path.file_name().and_then(|name| name.to_str());
+    name.and_then(|name| name.split_once('.'))
+        .is_some_and(|(number, ending)| {
+            number.len() == 16
+                && number.bytes().all(|b| b.is_ascii_hexdigit())
+                && (ending == LAYERS || ending.starts_with(PART))
+        })
 }

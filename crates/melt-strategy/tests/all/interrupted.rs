@@ -131,13 +131,19 @@ fn an_interrupted_drawing_goes_on() {
         drawn(metal, path, Some(&kept), &Silent).unwrap();
         assert_eq!(kept.layers(), 0);
     }
-    // all layers go, whoever kept them; what somebody else put there stays
+    // a folder of layers that this run did not use promises nothing
+    assert!(!now().holds() && !files(&home).is_empty());
+    // all layers go, whoever kept them; what somebody else put there stays, also his empty folder
     let notes = home.join("notes.layers");
     fs::write(&notes, "mine").unwrap();
     now().clear();
     assert_eq!(files(&home), std::slice::from_ref(&notes));
     fs::remove_file(notes).unwrap();
+    now().clear();
+    assert!(home.exists());
     let kept = now();
+    drawn(&metal, &path, Some(&kept), &Silent).unwrap();
+    assert!(kept.holds());
     kept.clear();
     assert!(!kept.holds() && files(folder.path()).is_empty());
 }
