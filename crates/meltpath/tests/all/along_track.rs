@@ -1,14 +1,15 @@
 //! Jobs whose arm rides on a track while it lays metal: a wall farther than the arm reaches, from job to programs and back.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::dialects::cell;
-use crate::support::{check, refusal, says, write};
+use crate::support::{check, part, refusal, says, write};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Silent, Status};
 use meltpath_data::{find, robots};
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::shapes::cuboid;
 
 /// How long the wall is, mm: farther than the arm reaches from one place.
 const LONG: f64 = 4400.0;
@@ -28,39 +29,11 @@ fn robot(folder: &Path) {
 
 /// A wall along y, 4 mm thick, with its middle at the origin.
 fn wall(folder: &Path) {
-    let corner = |i: usize| {
-        let side = |bit: usize, size: f64| {
-            if i & bit == 0 {
-                -0.5 * size
-            } else {
-                0.5 * size
-            }
-        };
-        [
-            side(1, 4.0),
-            side(2, LONG),
-            if i & 4 == 0 { 0.0 } else { 3.0 },
-        ]
-    };
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let mut text = "solid wall\n".to_owned();
-    for [a, b, c, d] in quads {
-        for corners in [[a, b, c], [a, c, d]] {
-            text += "facet normal 0 0 0\nouter loop\n";
-            for [x, y, z] in corners.map(corner) {
-                writeln!(text, "vertex {x} {y} {z}").unwrap();
-            }
-            text += "endloop\nendfacet\n";
-        }
-    }
-    write(folder, "long.stl", text + "endsolid wall\n");
+    let wall = cuboid(
+        DVec3::new(-2.0, -0.5 * LONG, 0.0),
+        DVec3::new(2.0, 0.5 * LONG, 3.0),
+    );
+    part(folder, "long.stl", &wall);
 }
 
 const TRACK: &str =

@@ -1,75 +1,21 @@
 //! Beads that no way of the arm holds as a whole: they end, the arm goes over in the air, they begin anew.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::dialects::cell;
-use crate::support::{check, write};
+use crate::support::{check, part, write};
 use meltpath::outcome::Outcome;
 use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::waam::{plan_to_file, read_toolpath, run, simulate_program};
 use meltpath_base::{Fact, Silent, Status, Verdict};
 use meltpath_data::robots;
+use meltpath_geometry::shapes::{self, extrude};
 use meltpath_toolpath::Toolpath;
 
 /// Round walls of 6 mm about the z axis.
 fn ring(folder: &Path, radius: f64) {
-    const SIDES: u32 = 120;
-    let mut text = "solid ring\n".to_owned();
-    let corner = |r: f64, side: u32, z: f64| {
-        let angle = std::f64::consts::TAU * f64::from(side % SIDES) / f64::from(SIDES);
-        [r * angle.cos(), r * angle.sin(), z]
-    };
-    let mut face = |corners: [[f64; 3]; 4]| {
-        for three in [[0, 1, 2], [0, 2, 3]] {
-            text += "facet normal 0 0 0\nouter loop\n";
-            for [x, y, z] in three.map(|i| corners[i]) {
-                writeln!(text, "vertex {x} {y} {z}").unwrap();
-            }
-            text += "endloop\nendfacet\n";
-        }
-    };
-    let (inner, outer) = (radius - 3.0, radius + 3.0);
-    for a in 0..SIDES {
-        let b = a + 1;
-        face(
-            [
-                (outer, a, 0.0),
-                (outer, b, 0.0),
-                (outer, b, 6.0),
-                (outer, a, 6.0),
-            ]
-            .map(|(r, s, z)| corner(r, s, z)),
-        );
-        face(
-            [
-                (inner, b, 0.0),
-                (inner, a, 0.0),
-                (inner, a, 6.0),
-                (inner, b, 6.0),
-            ]
-            .map(|(r, s, z)| corner(r, s, z)),
-        );
-        face(
-            [
-                (inner, a, 6.0),
-                (outer, a, 6.0),
-                (outer, b, 6.0),
-                (inner, b, 6.0),
-            ]
-            .map(|(r, s, z)| corner(r, s, z)),
-        );
-        face(
-            [
-                (inner, b, 0.0),
-                (outer, b, 0.0),
-                (outer, a, 0.0),
-                (inner, a, 0.0),
-            ]
-            .map(|(r, s, z)| corner(r, s, z)),
-        );
-    }
-    write(folder, "ring.stl", text + "endsolid ring\n");
+    let walls = shapes::ring(radius + 3.0, radius - 3.0, 120);
+    part(folder, "ring.stl", &extrude(&[walls], 6.0));
 }
 
 /// An arm that ships on a plate of its own, as if torch and table had been measured: it stands `beside` mm off the middle of the part.

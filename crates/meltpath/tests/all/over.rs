@@ -1,13 +1,15 @@
 //! The robot along its real motion, through jobs: axes that are too weak, travels that axes make longer, ways that change in the air.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::support::{check, write};
+use crate::support::{check, part, write};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::run;
 use meltpath_base::{Fact, Silent, Status, Verdict};
 use meltpath_data::robots;
+use meltpath_geometry::Region;
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::shapes::{extrude, plate};
 
 /// The ARC Mate as if it had been measured, with a table behind it and lines more in `[joints]`; something behind its second axis keeps it
 /// from going over its own head.
@@ -26,39 +28,18 @@ fn robot(folder: &Path, joints: &str) {
 
 /// Walls of 100 mm along x at some y.
 fn walls(folder: &Path, at: &[f64]) {
-    let mut text = "solid walls\n".to_owned();
-    for y in at {
-        let corner = |i: usize| {
-            let pick = |bit: usize, low: f64, high: f64| if i >> bit & 1 == 0 { low } else { high };
-            [
-                pick(0, -50.0, 50.0),
-                pick(1, y - 3.0, y + 3.0),
-                pick(2, 0.0, 6.0),
-            ]
-        };
-        let faces = [
-            [0, 2, 3],
-            [0, 3, 1],
-            [4, 5, 7],
-            [4, 7, 6],
-            [0, 1, 5],
-            [0, 5, 4],
-            [2, 6, 7],
-            [2, 7, 3],
-            [0, 4, 6],
-            [0, 6, 2],
-            [1, 3, 7],
-            [1, 7, 5],
-        ];
-        for face in faces {
-            text += "facet normal 0 0 0\nouter loop\n";
-            for [x, y, z] in face.map(corner) {
-                writeln!(text, "vertex {x} {y} {z}").unwrap();
-            }
-            text += "endloop\nendfacet\n";
-        }
-    }
-    write(folder, "walls.stl", text + "endsolid walls\n");
+    let regions: Vec<Region> = at
+        .iter()
+        .map(|y| Region {
+            outer: plate(100.0, 6.0)
+                .outer
+                .iter()
+                .map(|p| *p + DVec2::new(-50.0, y - 3.0))
+                .collect(),
+            holes: Vec::new(),
+        })
+        .collect();
+    part(folder, "walls.stl", &extrude(&regions, 6.0));
 }
 
 fn judged(folder: &Path, at: &[f64], joints: &str) -> (Verdict, PathBuf) {

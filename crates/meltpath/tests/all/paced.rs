@@ -1,16 +1,17 @@
 //! Jobs whose robot cannot keep the set speed: the slower motion reaches the metal.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::support::{check, says, write};
+use crate::support::{check, part, says, write};
 use meltpath::outcome::Outcome;
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Fact, Reporter, Silent, Status};
 use meltpath_data::{find, robots};
 use meltpath_geometry::io::stl::read_stl;
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::shapes::cuboid;
 
 /// Distance of the wall from the first axis, mm, and the set speed, mm/s.
 const R: f64 = 800.0;
@@ -35,27 +36,8 @@ fn robot(folder: &Path, first: f64) {
 
 /// A wall of one bead along y, 1.2 m long.
 fn job(folder: &Path, cell: &str) -> std::path::PathBuf {
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let side = |i: usize, bit: usize, half: f64| if i & bit == 0 { -half } else { half };
-    let mut text = "solid wall\n".to_owned();
-    for [a, b, c, d] in quads {
-        for corners in [[a, b, c], [a, c, d]] {
-            text += "facet normal 0 0 0\nouter loop\n";
-            for i in corners {
-                let (x, y, z) = (side(i, 1, 2.0), side(i, 2, 600.0), side(i, 4, 1.5) + 1.5);
-                writeln!(text, "vertex {x} {y} {z}").unwrap();
-            }
-            text += "endloop\nendfacet\n";
-        }
-    }
-    write(folder, "wall.stl", text + "endsolid wall\n");
+    let wall = cuboid(DVec3::new(-2.0, -600.0, 0.0), DVec3::new(2.0, 600.0, 3.0));
+    part(folder, "wall.stl", &wall);
     write(
         folder,
         "job.toml",

@@ -7,6 +7,8 @@ use meltpath::ebm::plan::{Plan, planned};
 use meltpath::job::{Job, load};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath_base::{Check, Silent, Verdict};
+use meltpath_geometry::Mesh;
+use meltpath_geometry::io::stl::write_stl;
 
 /// The check `id`.
 pub(crate) fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
@@ -31,6 +33,13 @@ pub(crate) fn rows(table: &str) -> Vec<[String; 3]> {
     };
     let rows = table.trim().lines().map(columns);
     rows.map(|row| row.try_into().unwrap()).collect()
+}
+
+/// A mesh as a file of a folder.
+pub(crate) fn part(folder: &Path, name: &str, mesh: &Mesh) {
+    let mut bytes = Vec::new();
+    write_stl(mesh, name, &mut bytes).unwrap();
+    write(folder, name, bytes);
 }
 
 /// A file in a folder.
