@@ -225,6 +225,11 @@ impl Identification {
                 friction.rms, friction.rms_viscous_only
             ));
         }
+        lines.extend(self.found.felt.map(|[felt, sigma]| {
+            format!(
+                "friction_felt = {{ value = \"{felt:.3} 1\", source = \"identified from {file}, ± {sigma:.3}\" }}"
+            )
+        }));
         let per_inertia = motor.torque_constant / motor.inertia;
         for (mode, sigma) in motor.modes.iter().zip(&self.found.mode_sigma) {
             lines.push("[[mode]]".to_owned());
@@ -249,11 +254,6 @@ impl Identification {
                 "# the {what} is read {:.2} ± {:.2} µs after the voltage's samples",
                 1e6 * delay,
                 1e6 * sigma
-            ));
-        }
-        if let Some([felt, sigma]) = self.found.felt {
-            lines.push(format!(
-                "# the modes feel {felt:.2} ± {sigma:.2} of the dry friction: 1 where it acts on the rotor, 0 as axes are simulated"
             ));
         }
         let [current, angle] = self.found.rms.map(|left| 1e3 * left);

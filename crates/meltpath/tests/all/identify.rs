@@ -193,6 +193,10 @@ fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
         read.viscous,
         shipped.viscous
     );
+    // no mode, no share that it feels; written, it is the motor's
+    assert!(found.found.felt.is_none() && read.felt == shipped.felt);
+    let felt = r#"friction_felt = { value = "0.9 1", source = "identified" }"#;
+    assert_eq!(files::parse_motor(felt, shipped).unwrap().felt, 0.9);
     // a record without ramps, and one whose current is reversed
     let error = add_friction(&mut found, &at("bench.csv"), &at("map.toml"), &reporter).unwrap_err();
     assert!(error.to_string().contains("ramps"), "{error}");

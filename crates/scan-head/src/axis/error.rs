@@ -6,6 +6,11 @@ use meltpath_control::export::ExportError;
 /// Why a galvanometer, its drive or its controller cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AxisError {
+    /// A law of friction other than the printed one, where records are followed.
+    #[error(
+        "a record is followed with viscous and Coulomb friction only: leave `friction` out and write `coulomb` and `bias`"
+    )]
+    Law,
     /// A parameter that has no sense.
     #[error("{what} is {value}, but must be {wanted}")]
     Parameter {

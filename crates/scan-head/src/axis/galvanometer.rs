@@ -42,6 +42,10 @@ pub struct Galvanometer {
     /// Friction beyond the viscous one.
     #[serde(default)]
     pub friction: Friction,
+    /// Share of this friction, and of any other torque on the axis, that the modes feel: 1 where it acts on the rotor, as the motor's
+    /// own torque does; 0 where it is spread as the inertia is.
+    #[serde(default)]
+    pub felt: f64,
 }
 
 /// The most flexible modes that are simulated.
@@ -75,6 +79,13 @@ impl Galvanometer {
                     wanted: "finite",
                 });
             }
+        }
+        if !self.felt.is_finite() {
+            return Err(AxisError::Parameter {
+                what: "the share of friction that the modes feel",
+                value: self.felt,
+                wanted: "finite",
+            });
         }
         self.friction.check()
     }
@@ -125,6 +136,7 @@ impl Galvanometer {
             a[(speed, q)] = -mode.omega * mode.omega;
             a[(speed, speed)] = -2.0 * mode.damping * mode.omega;
             a[(speed, 0)] = mode.gain;
+            b[(speed, 1)] = -self.felt * mode.gain / self.torque_constant;
             c[(1, q)] = 1.0;
             c[(2, speed)] = 1.0;
         }

@@ -242,6 +242,7 @@ mod tests {
                 gain: 0.3 * kc / j,
             }],
             friction,
+            felt: 0.0,
         }
     }
 
@@ -259,9 +260,10 @@ mod tests {
             let sign = (speed / 1e-3).clamp(-1.0, 1.0);
             i +=
                 h * (voltage(t) - motor.resistance * i - motor.back_emf * speed) / motor.inductance;
-            w += h * (motor.torque_constant * i - motor.viscous * w - bias - coulomb * sign)
-                / motor.inertia;
-            v += h * (m.gain * i - 2.0 * m.damping * m.omega * v - m.omega * m.omega * q);
+            let dry = bias + coulomb * sign;
+            w += h * (motor.torque_constant * i - motor.viscous * w - dry) / motor.inertia;
+            let felt = motor.felt * m.gain * dry / motor.torque_constant;
+            v += h * (m.gain * i - felt - 2.0 * m.damping * m.omega * v - m.omega * m.omega * q);
             th += h * w;
             q += h * v;
             t += h;
@@ -271,13 +273,22 @@ mod tests {
 
     #[test]
     fn coulomb_steps_agree_with_fine_integration() {
-        let motor = motor(Friction::Coulomb {
-            coulomb: 3e-5,
-            bias: 5e-6,
-        });
+        for felt in [0.0, 1.0] {
+            let motor = Galvanometer {
+                felt,
+                ..motor(Friction::Coulomb {
+                    coulomb: 3e-5,
+                    bias: 5e-6,
+                })
+            };
+            agrees_with_fine_integration(&motor);
+        }
+    }
+
+    fn agrees_with_fine_integration(motor: &Galvanometer) {
         let voltage = |t: f64| 0.4 * (t * 700.0).sin();
         let period = 50e-6;
-        let mut plant = Plant::<5>::new(&motor, &[period], 0.0).unwrap();
+        let mut plant = Plant::<5>::new(motor, &[period], 0.0).unwrap();
         let held = |t: f64| voltage(((t + 1e-9) / period).floor() * period);
         let mut k = 0;
         for end in [2e-3, 5e-3, 10e-3] {
@@ -285,7 +296,7 @@ mod tests {
                 plant.advance(0, voltage(f64::from(k) * period), 0.0);
                 k += 1;
             }
-            let (angle, speed) = fine(&motor, held, end);
+            let (angle, speed) = fine(motor, held, end);
             assert!(
                 (plant.angle() - angle).abs() < 2e-5,
                 "{} {angle}",

@@ -36,6 +36,8 @@ table! {
         bias: Sourced<Torque> => required;
         /// Friction beyond the printed law of `coulomb` and `bias`.
         friction: FrictionTable => none("the printed law");
+        /// Share of friction that the modes feel: 1 where it acts on the rotor, 0 where it is spread as the inertia is.
+        friction_felt: Sourced<Pure> => none("0: it acts on the rigid body, as in Rasoanarivo 2020, fig. 2.20");
         /// Modes of the flexible shaft.
         mode: Vec<ModeTable> => default([], "a rigid shaft");
         /// Gain of the current loop.
@@ -207,6 +209,7 @@ pub(super) fn read_axis(t: &AxisTable) -> Axis {
             viscous: t.viscous.0,
             modes: t.mode.iter().map(|m| mode(m, kc / inertia)).collect(),
             friction: friction(t),
+            felt: t.friction_felt.as_ref().map_or(0.0, |felt| felt.0),
         },
         controller: Controller::Cascade(CascadeGains {
             current: CurrentGains {

@@ -28,6 +28,8 @@ table! {
         coulomb: Sourced<Torque> => none("the head's");
         /// Its part that does not turn with the speed.
         bias: Sourced<Torque> => none("the head's");
+        /// Share of friction that the modes feel.
+        friction_felt: Sourced<Pure> => none("the head's");
         /// Modes of the flexible shaft.
         mode: Vec<ModeTable> => none("the head's, at the same share of the rigid body's gain");
     }
@@ -65,6 +67,7 @@ pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<Galvanometer, Pro
         put(&file.coulomb, coulomb);
         put(&file.bias, bias);
     }
+    put(&file.friction_felt, &mut out.felt);
     let rigid = out.torque_constant / out.inertia;
     if let Some(modes) = &*file.mode {
         out.modes = modes.iter().map(|m| mode(m, rigid)).collect();

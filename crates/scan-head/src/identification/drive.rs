@@ -132,22 +132,18 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 }
 
 impl<const N: usize> Drive<N> {
-    /// A motor whose record is sampled every `period` s. Its modes feel the share `felt` of the friction's torque: all of it where it
-    /// acts on the rotor, as the motor's own torque does; none where it is spread as the inertia is.
+    /// A motor whose record is sampled every `period` s.
     pub(super) fn new(
         motor: &Galvanometer,
-        felt: f64,
         delays: Delays,
         period: f64,
     ) -> Result<Self, AxisError> {
         let (coulomb, bias) = match motor.friction {
+            Friction::None => (0.0, 0.0),
             Friction::Coulomb { coulomb, bias } => (coulomb, bias),
-            _ => (0.0, 0.0),
+            Friction::Karnopp { .. } | Friction::LuGre { .. } => return Err(AxisError::Law),
         };
-        let mut linear = motor.linear()?;
-        for (mode, i) in motor.modes.iter().zip((4..N).step_by(2)) {
-            linear.b[(i, 1)] = -felt * mode.gain / motor.torque_constant;
-        }
+        let linear = motor.linear()?;
         let speed: [f64; N] = std::array::from_fn(|j| f64::from(j == 1 || j > 3 && j % 2 == 0));
         let angle: [f64; N] = std::array::from_fn(|j| f64::from(j == 2 || j > 2 && j % 2 == 1));
         let current: [f64; N] = std::array::from_fn(|j| f64::from(j == 0));

@@ -38,8 +38,6 @@ pub(super) struct Estimate {
     /// N·m.
     pub(super) coulomb: f64,
     pub(super) bias: f64,
-    /// Share of both that the modes feel.
-    pub(super) felt: f64,
     /// s.
     pub(super) delays: Delays,
 }
@@ -99,7 +97,7 @@ impl Estimate {
             Parameter::Viscous => m.viscous *= times,
             Parameter::Bias => out.bias += by,
             Parameter::Coulomb => out.coulomb = (out.coulomb + by).max(0.0),
-            Parameter::Felt => out.felt = (out.felt + by).clamp(-1.0, 2.0),
+            Parameter::Felt => m.felt = (m.felt + by).clamp(-1.0, 2.0),
             Parameter::Delay(channel) => {
                 if let Some(delay) = out.delays.get_mut(channel) {
                     let latest = LATEST as f64 * units.period;
@@ -140,10 +138,10 @@ mod tests {
                     gain: 0.3 * kc / j,
                 }],
                 friction: Friction::None,
+                felt: 1.0,
             },
             coulomb: 3e-5,
             bias: 0.0,
-            felt: 1.0,
             delays: [0.0; 2],
         }
     }
@@ -164,7 +162,7 @@ mod tests {
         let dry = |step: f64| from.moved(Parameter::Coulomb, step, UNITS).coulomb;
         assert!((dry(0.01) - 4e-5).abs() < 1e-18);
         assert_eq!(dry(-1.0), 0.0);
-        let felt = |step: f64| from.moved(Parameter::Felt, step, UNITS).felt;
+        let felt = |step: f64| from.moved(Parameter::Felt, step, UNITS).motor.felt;
         assert_eq!([felt(-0.25), felt(5.0), felt(-5.0)], [0.75, 2.0, -1.0]);
     }
 

@@ -9,7 +9,7 @@ use crate::identification::estimate::{Estimate, Parameter, RIGID};
 use crate::identification::modes::KNOWN;
 use crate::identification::motor::{Identified, known};
 use crate::identification::record::BenchRecord;
-use crate::identification::refine::{PIECE, SHORT_PIECE, Settled, settle};
+use crate::identification::refine::{COARSE, Cut, FINE, ROUGH, Settled, settle};
 use crate::identification::refusal::{Refusal, RefusedPeak};
 use meltpath_numerics::least_squares::LeastSquaresError;
 
@@ -34,7 +34,7 @@ pub struct Joint {
     /// Torque that is the same in both directions, and its deviation, N·m.
     pub bias: [f64; 2],
     /// Share of both that the modes feel, and its deviation: 1 where friction acts on the rotor, as the motor's torque does; 0 where it
-    /// is spread as the inertia is, which is how an axis is simulated. Nothing without modes or dry friction.
+    /// is spread as the inertia is. Nothing without modes or dry friction.
     pub felt: Option<[f64; 2]>,
     /// By how much current and angle are read late against the voltage, each with its deviation, s.
     pub delays: [[f64; 2]; 2],
@@ -48,7 +48,10 @@ pub struct Joint {
 /// [`IdentificationError`].
 pub fn joint(record: &BenchRecord<'_>, start: &Identified) -> Result<Joint, IdentificationError> {
     let mut refused = start.refused.clone();
-    let mut motor = start.motor.clone();
+    let mut motor = Galvanometer {
+        felt: 1.0,
+        ..start.motor.clone()
+    };
     let torque = record.current.iter().map(|i| i * i).sum::<f64>();
     let torque = motor.torque_constant * (torque / record.current.len().max(1) as f64).sqrt();
     loop {
@@ -56,29 +59,17 @@ pub fn joint(record: &BenchRecord<'_>, start: &Identified) -> Result<Joint, Iden
             motor: motor.clone(),
             coulomb: FIRST_COULOMB * torque,
             bias: 0.0,
-            felt: 1.0,
             delays: [0.0; 2],
         };
-        let doubtful = match fitted(record, &begin) {
+        let (k, why) = match fitted(record, &begin) {
             Ok((settled, free)) => {
-                let found = Joint::new(&settled, &free, refused.clone());
-                let worst = found
-                    .mode_sigma
-                    .iter()
-                    .map(|s| s.iter().copied().fold(0.0, f64::max))
-                    .enumerate()
-                    .max_by(|a, b| a.1.total_cmp(&b.1))
-                    .filter(|(_, sigma)| *sigma > KNOWN);
-                let Some((k, sigma)) = worst else {
-                    known(found.sigma)?;
-                    return Ok(found);
-                };
-                (k, Refusal::Unsure { sigma })
+                let found = Joint::new(&settled, &free, refused);
+                known(found.sigma)?;
+                return Ok(found);
             }
-            Err(Doubt::Mode(k)) => (k, Refusal::Undetermined),
+            Err(Doubt::Mode(k, why)) => (k, why),
             Err(Doubt::Other(error)) => return Err(error),
         };
-        let (k, why) = doubtful;
         let mode = motor.modes.remove(k);
         refused.push(RefusedPeak {
             frequency: mode.omega / std::f64::consts::TAU,
@@ -90,9 +81,24 @@ pub fn joint(record: &BenchRecord<'_>, start: &Identified) -> Result<Joint, Iden
 
 /// Why a fit does not stand.
 enum Doubt {
-    /// The record does not determine this mode.
-    Mode(usize),
+    /// The record does not tell this mode well enough.
+    Mode(usize, Refusal),
     Other(IdentificationError),
+}
+
+/// Refuses the mode of which a fit tells the least, where that is too little.
+fn modes_known(settled: &Settled, free: &[Parameter]) -> Result<(), Doubt> {
+    let of_modes = free
+        .iter()
+        .zip(&settled.sigma)
+        .filter_map(|(p, s)| match p {
+            Parameter::Mode(k, _) => Some((*k, *s)),
+            _ => None,
+        });
+    match of_modes.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((k, sigma)) if sigma > KNOWN => Err(Doubt::Mode(k, Refusal::Unsure { sigma })),
+        _ => Ok(()),
+    }
 }
 
 /// The fit with dry friction, or without where the record does not tell it.
@@ -104,15 +110,42 @@ fn fitted(record: &BenchRecord<'_>, begin: &Estimate) -> Result<(Settled, Vec<Pa
         Parameter::Delay(1),
         Parameter::Coulomb,
     ]);
-    if !begin.motor.modes.is_empty() {
-        free.push(Parameter::Felt);
-    }
     for k in 0..begin.motor.modes.len() {
         free.extend([0, 1, 2].map(|which| Parameter::Mode(k, which)));
     }
-    let near = determined(record, SHORT_PIECE, begin, &mut free.clone());
-    let near = near.map_or(begin.clone(), |settled| settled.estimate);
-    let settled = determined(record, PIECE, &near, &mut free)?;
+    let mut nearly = free.clone();
+    let near = match determined(record, COARSE, (begin, &[]), &mut nearly) {
+        Ok(settled) => {
+            // a mode rings out within such a piece: longer ones tell no more of it
+            modes_known(&settled, &nearly)?;
+            settled.estimate
+        }
+        Err(_) => begin.clone(),
+    };
+    let mut settled = determined(record, FINE, (&near, &[]), &mut free)?;
+    if !begin.motor.modes.is_empty() {
+        let mut more = free.clone();
+        more.push(Parameter::Felt);
+        // from both ends: a fit that begins far off can stay there
+        let mut spread = settled.estimate.clone();
+        spread.motor.felt = 0.0;
+        let other = determined(record, ROUGH, (&spread, &settled.begins), &mut more.clone());
+        let mut best = determined(
+            record,
+            FINE,
+            (&settled.estimate, &settled.begins),
+            &mut more,
+        )?;
+        if let Ok(other) = other
+            && other.cost < best.cost
+        {
+            more.clone_from(&free);
+            more.push(Parameter::Felt);
+            best = determined(record, FINE, (&other.estimate, &other.begins), &mut more)?;
+        }
+        (settled, free) = (best, more);
+    }
+    modes_known(&settled, &free)?;
     let Some(dry) = free.iter().position(|p| *p == Parameter::Coulomb) else {
         return Ok((settled, free));
     };
@@ -125,25 +158,27 @@ fn fitted(record: &BenchRecord<'_>, begin: &Estimate) -> Result<(Settled, Vec<Pa
         coulomb: 0.0,
         ..settled.estimate
     };
-    let settled = determined(record, PIECE, &without, &mut free)?;
+    let settled = determined(record, FINE, (&without, &settled.begins), &mut free)?;
     Ok((settled, free))
 }
 
 /// The fit of those free parameters that the record determines; the others stay where they are, dry friction at none.
 fn determined(
     record: &BenchRecord<'_>,
-    piece: f64,
-    begin: &Estimate,
+    cut: Cut,
+    (begin, begins): (&Estimate, &[Vec<f64>]),
     free: &mut Vec<Parameter>,
 ) -> Result<Settled, Doubt> {
     let mut begin = begin.clone();
     loop {
-        let index = match driven(record, piece, &begin, free) {
+        let index = match driven(record, cut, (&begin, begins), free) {
             Err(IdentificationError::Fit(LeastSquaresError::Undetermined { index })) => index,
             other => return other.map_err(Doubt::Other),
         };
         match free.get(index) {
-            Some(Parameter::Mode(k, _)) => return Err(Doubt::Mode(*k)),
+            Some(Parameter::Mode(k, _)) => {
+                return Err(Doubt::Mode(*k, Refusal::Undetermined));
+            }
             Some(Parameter::Resistance | Parameter::TorqueConstant | Parameter::Inertia) | None => {
                 let error = LeastSquaresError::Undetermined { index };
                 return Err(Doubt::Other(error.into()));
@@ -162,15 +197,15 @@ fn determined(
 /// The fit of a motor with as many modes as the estimate has.
 fn driven(
     record: &BenchRecord<'_>,
-    piece: f64,
-    begin: &Estimate,
+    cut: Cut,
+    begin: (&Estimate, &[Vec<f64>]),
     free: &[Parameter],
 ) -> Result<Settled, IdentificationError> {
-    match begin.motor.modes.len() {
-        0 => settle::<3>(record, piece, begin, free),
-        1 => settle::<5>(record, piece, begin, free),
-        2 => settle::<7>(record, piece, begin, free),
-        _ => settle::<9>(record, piece, begin, free),
+    match begin.0.motor.modes.len() {
+        0 => settle::<3>(record, cut, begin, free),
+        1 => settle::<5>(record, cut, begin, free),
+        2 => settle::<7>(record, cut, begin, free),
+        _ => settle::<9>(record, cut, begin, free),
     }
 }
 
@@ -186,6 +221,8 @@ impl Joint {
         let e = &settled.estimate;
         let dry = free.contains(&Parameter::Coulomb);
         let bias = [e.bias, sigma(Parameter::Bias)];
+        let felt = free.contains(&Parameter::Felt);
+        let felt = felt.then(|| [e.motor.felt, sigma(Parameter::Felt)]);
         let told = dry || bias[0].abs() > TOLD * bias[1];
         Joint {
             motor: Galvanometer {
@@ -197,6 +234,7 @@ impl Joint {
                 } else {
                     Friction::None
                 },
+                felt: felt.map_or(0.0, |felt| felt[0]),
                 ..e.motor.clone()
             },
             sigma: RIGID.map(sigma),
@@ -206,9 +244,7 @@ impl Joint {
             refused,
             coulomb: dry.then(|| [e.coulomb, sigma(Parameter::Coulomb)]),
             bias,
-            felt: free
-                .contains(&Parameter::Felt)
-                .then(|| [e.felt, sigma(Parameter::Felt)]),
+            felt,
             delays: [0, 1].map(|c| [e.delays[c], sigma(Parameter::Delay(c))]),
             rms: settled.rms,
         }

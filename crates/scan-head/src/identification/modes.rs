@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use meltpath_control::discretise::{Hold, discretise};
 use meltpath_control::frequency::Point;
-use meltpath_control::welch::estimate;
+use meltpath_control::welch::{Welch, estimate};
 use meltpath_control::{Complex64, ZeroPoleGain};
 use meltpath_numerics::least_squares::{self, Fit, LeastSquaresError};
 
@@ -50,8 +50,12 @@ const APART: f64 = 0.15;
 const COHERENT: f64 = 0.5;
 /// Relative deviation of pulsation, damping or gain beyond which a mode is not known.
 pub(super) const KNOWN: f64 = 0.5;
-/// Peaks refused before the search ends: noise has many.
+/// Refused peaks that are told: noise has many.
 const MOST_REFUSED: usize = 8;
+/// Windows that coherence is estimated from at least, where the record has the samples: from few of them noise seems to answer, too.
+const HEARD: usize = 8;
+/// Shortest of these windows, samples.
+const SHORTEST: usize = 64;
 /// Lengths of the running median that takes single outliers away.
 const MEDIAN: usize = 5;
 
@@ -73,6 +77,9 @@ pub fn identify_modes(
     let (angle, current) = responses(record, excitation, &wide)?;
     let heard = coherence(record, excitation, &wide)?;
     let (mut found, mut refused) = peaks(&rigid.motor, &angle, &heard, record.period, search)?;
+    // where the angle does not answer the current it says nothing of the motor
+    let mut angle = angle;
+    angle.retain(|p| p.omega <= TAU * method.band[1] || heard_at(&heard, p.omega) >= COHERENT);
     // the main lobe of a Hann window
     let resolved = 4.0 / (method.welch.length as f64 * record.period);
     loop {
@@ -81,9 +88,11 @@ pub fn identify_modes(
         }
         let fit = match fit(&rigid.motor, &found, &angle, &current, record.period) {
             Err(IdentificationError::Fit(LeastSquaresError::Undetermined { index }))
-                if (RIGID..RIGID + 3 * found.len()).contains(&index) =>
+                if index < RIGID + 3 * found.len() =>
             {
-                let peak = found.remove((index - RIGID) / 3);
+                // where a peak leaves the rigid motor unknown it is the highest, furthest from what the rigid motor was fitted to
+                let last = found.len() - 1;
+                let peak = found.remove(index.checked_sub(RIGID).map_or(last, |i| i / 3));
                 refused.push(peak.refused(Refusal::Undetermined));
                 continue;
             }
@@ -184,7 +193,8 @@ fn fit(
     Ok(least_squares::fit(residuals, &start)?)
 }
 
-/// The share of the angle that answers what was excited, by pulsation (rad/s).
+/// The share of the angle that answers what was excited, by pulsation (rad/s). Of the angle's steps from sample to sample, lest its
+/// slow part leaks over all frequencies.
 fn coherence(
     record: &BenchRecord<'_>,
     excitation: Excitation<'_>,
@@ -194,7 +204,12 @@ fn coherence(
         Excitation::Voltage => record.current,
         Excitation::SetPoint(set_point) => set_point,
     };
-    let found = estimate(input, record.angle, record.period, &method.welch)?;
+    let steps: Vec<f64> = record.angle.windows(2).map(|a| a[1] - a[0]).collect();
+    let input = input.get(1..).unwrap_or_default();
+    let longest = method.welch.length.max(SHORTEST);
+    let length = (steps.len() / HEARD).clamp(SHORTEST, longest);
+    let welch = Welch::hann(length.min(steps.len()));
+    let found = estimate(input, &steps, record.period, &welch)?;
     Ok(found.omega.into_iter().zip(found.coherence).collect())
 }
 
@@ -262,7 +277,12 @@ fn peaks(
     let ratios = smoothed(&seen.iter().map(|s| s.1).collect::<Vec<f64>>());
     let mut taken: Vec<f64> = Vec::new();
     let (mut modes, mut refused): (Vec<Peak>, Vec<RefusedPeak>) = (Vec::new(), Vec::new());
-    while modes.len() < search.most.min(MOST_MODES) && refused.len() < MOST_REFUSED {
+    let mut refuse = |peak: RefusedPeak| {
+        if refused.len() < MOST_REFUSED {
+            refused.push(peak);
+        }
+    };
+    while modes.len() < search.most.min(MOST_MODES) {
         let free = |w: f64| taken.iter().all(|t| (w / t - 1.0).abs() > APART);
         let best = (1..ratios.len().saturating_sub(1))
             .filter(|&k| {
@@ -279,7 +299,7 @@ fn peaks(
         let below = (0..k).rev().find(|&i| ratios[i] < half);
         let above = (k..ratios.len()).find(|&i| ratios[i] < half);
         let Some(above) = above else {
-            refused.push(RefusedPeak {
+            refuse(RefusedPeak {
                 frequency: omega / TAU,
                 ratio: ratios[k],
                 why: Refusal::Edge {
@@ -290,7 +310,7 @@ fn peaks(
         };
         let coherence = heard_at(heard, omega);
         if coherence < COHERENT {
-            refused.push(RefusedPeak {
+            refuse(RefusedPeak {
                 frequency: omega / TAU,
                 ratio: ratios[k],
                 why: Refusal::Noise { coherence },

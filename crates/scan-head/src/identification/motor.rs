@@ -97,6 +97,7 @@ pub(super) fn motor(logs: &[f64]) -> Galvanometer {
             })
             .collect(),
         friction: Friction::None,
+        felt: 0.0,
     }
 }
 

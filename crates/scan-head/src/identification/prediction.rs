@@ -2,7 +2,7 @@
 
 use crate::axis::error::AxisError;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
-use crate::axis::plant::Plant;
+use crate::identification::drive::Drive;
 use crate::identification::error::IdentificationError;
 use crate::identification::record::BenchRecord;
 use meltpath_control::quality::Quality;
@@ -21,21 +21,20 @@ pub struct Prediction {
 /// 0 for a record that the motor was not fitted to, the end of the fitted part where it was fitted to a first part.
 ///
 /// # Errors
-/// [`IdentificationError::Axis`] for a motor that cannot be simulated, [`IdentificationError::Lengths`].
+/// [`IdentificationError::Axis`] for a motor that cannot be simulated or has another law of friction than Coulomb's, [`IdentificationError::Lengths`].
 pub fn predict(
     motor: &Galvanometer,
     delays: [f64; 2],
     record: &BenchRecord<'_>,
     from: usize,
 ) -> Result<Prediction, IdentificationError> {
-    let (current, angle) = match motor.modes.len() {
-        0 => driven::<3>(motor, record)?,
-        1 => driven::<5>(motor, record)?,
-        2 => driven::<7>(motor, record)?,
-        _ => driven::<{ 3 + 2 * MOST_MODES }>(motor, record)?,
+    motor.check()?;
+    let [current, angle] = match motor.modes.len() {
+        0 => driven::<3>(motor, delays, record)?,
+        1 => driven::<5>(motor, delays, record)?,
+        2 => driven::<7>(motor, delays, record)?,
+        _ => driven::<{ 3 + 2 * MOST_MODES }>(motor, delays, record)?,
     };
-    let [current, angle] = [(current, delays[0]), (angle, delays[1])]
-        .map(|(c, delay)| late(&c, delay / record.period));
     let quality = |what, predicted: &[f64], measured: &[f64]| {
         let (seen, wanted) = (measured.get(from..), predicted.get(from..));
         Quality::of(wanted.unwrap_or_default(), seen.unwrap_or_default()).ok_or(
@@ -52,33 +51,20 @@ pub fn predict(
     })
 }
 
-/// A column read late by a share of samples, straight between them; the first sample stands before the begin.
-fn late(column: &[f64], samples: f64) -> Vec<f64> {
-    let at = |k: f64| {
-        let k = (k.max(0.0) as usize).min(column.len() - 1);
-        column[k]
-    };
-    (0..column.len())
-        .map(|k| {
-            let when = k as f64 - samples;
-            let before = at(when.floor());
-            before + (when - when.floor()) * (at(when.floor() + 1.0) - before)
-        })
-        .collect()
-}
-
 /// Current and angle at each sample under the record's voltage.
 fn driven<const N: usize>(
     motor: &Galvanometer,
+    delays: [f64; 2],
     record: &BenchRecord<'_>,
-) -> Result<(Vec<f64>, Vec<f64>), AxisError> {
-    let start = record.angle.first().copied().unwrap_or(0.0);
-    let mut plant = Plant::<N>::new(motor, &[record.period], start)?;
-    let (mut current, mut angle) = (Vec::new(), Vec::new());
-    for &voltage in record.voltage {
-        current.push(plant.current());
-        angle.push(plant.angle());
-        plant.advance(0, voltage, 0.0);
+) -> Result<[Vec<f64>; 2], AxisError> {
+    let first = record.angle.first().copied().unwrap_or(0.0);
+    let mut rest = [0.0; N];
+    rest[2] = first;
+    let mut columns = Drive::<N>::new(motor, delays, record.period)?.run(&rest, record.voltage);
+    // what is read late stands at rest before
+    for (column, rest) in columns.iter_mut().zip([0.0, first]) {
+        let early = column.iter_mut().take_while(|value| value.is_nan());
+        early.for_each(|value| *value = rest);
     }
-    Ok((current, angle))
+    Ok(columns)
 }

@@ -16,20 +16,51 @@ use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{Estimate, Parameter, Units};
 use crate::identification::record::BenchRecord;
 
-/// Length of a piece of the record, s: some time constants of a motor on its bearings. Before, shorter ones: what is wrong with an
-/// estimate adds up over a piece, and a search from afar loses its way.
-pub(super) const PIECE: f64 = 0.1;
-pub(super) const SHORT_PIECE: f64 = 0.006;
+/// How a record is cut, and how far a fit to its pieces goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cut {
+    /// Length of a piece, s.
+    piece: f64,
+    /// The fit has settled where a step changes the logarithm of the likelihood by less than this.
+    settled: f64,
+}
+
+/// Some time constants of a motor on its bearings, to a seventh of a deviation.
+pub(super) const FINE: Cut = Cut {
+    piece: 0.1,
+    settled: 1e-2,
+};
+/// The same, as far as tells which of two fits is the better.
+pub(super) const ROUGH: Cut = Cut {
+    settled: 10.0,
+    ..FINE
+};
+/// Before, shorter ones: what is wrong with an estimate adds up over a piece, and a search from afar loses its way.
+pub(super) const COARSE: Cut = Cut {
+    piece: 0.006,
+    settled: 10.0,
+};
 /// Fewest pieces, so that deviations under coloured residuals can be told.
 const PIECES: usize = 24;
 /// The state in which a piece begins is free within this many times what the record moves over.
 const FREE: f64 = 10.0;
-/// Steps of the fit at most.
-const STEPS: usize = 60;
-/// The fit has settled where a step gains less than this in the logarithm of the likelihood: a hundredth of a deviation.
+/// Steps of the fit that are tried at most.
+const TRIES: usize = 60;
+/// The first state of a piece has settled where a step gains less than this of its squared residuals, in deviations.
 const SETTLED: f64 = 1e-4;
+/// Steps of the first state of a piece before the parameters.
+const BEGINS: usize = 60;
+/// Steps of the first state of a piece after each of the parameters.
+const EASED: usize = 3;
+/// Shares of its step that the first state of a piece may go.
+const GOES: [f64; 4] = [1.0, 0.3, 0.1, 0.0];
 /// Residuals below this share of a channel are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Damping up to which a step counts as a whole one.
+const WHOLE: f64 = 1e-2;
+/// The fit ends where as many damped steps in succession gain less than this: the parameters are within their deviations.
+const POOR: usize = 8;
+const ROUGHNESS: f64 = 0.3;
 /// Longest step of a logarithm, or of a delay in samples.
 const LONGEST: f64 = 0.7;
 
@@ -39,8 +70,12 @@ pub(super) struct Settled {
     pub(super) estimate: Estimate,
     /// One standard deviation of each free parameter, in the unit of its step.
     pub(super) sigma: Vec<f64>,
+    /// The state in which each piece begins.
+    pub(super) begins: Vec<Vec<f64>>,
     /// Root mean square residuals of current (A) and angle (rad).
     pub(super) rms: [f64; 2],
+    /// Logarithm of the likelihood, negative, up to a constant of the record and its cut.
+    pub(super) cost: f64,
     pub(super) units: Units,
 }
 
@@ -63,55 +98,68 @@ struct Stand<const N: usize> {
     cost: f64,
 }
 
-/// Fits the free parameters to pieces of `piece` s, beginning at an estimate.
+/// Fits the free parameters to the pieces of a cut, beginning at an estimate, its pieces where an earlier fit to this cut left them, or
+/// where they seem to begin.
 ///
 /// # Errors
 /// [`IdentificationError::Fit`] naming the free parameter that the record leaves undetermined, [`IdentificationError::Axis`].
 pub(super) fn settle<const N: usize>(
     record: &BenchRecord<'_>,
-    piece: f64,
-    start: &Estimate,
+    cut: Cut,
+    (start, begins): (&Estimate, &[Vec<f64>]),
     free: &[Parameter],
 ) -> Result<Settled, IdentificationError> {
-    let pieces = Pieces::<N>::new(record, piece, start);
-    let mut stand = pieces.stand(start.clone(), pieces.seems.clone())?;
+    let pieces = Pieces::<N>::new(record, cut.piece, start);
+    let begins = begins.iter().map(|b| b.as_slice().try_into().ok());
+    let begins = begins.collect::<Option<Vec<[f64; N]>>>();
+    let begins = begins.filter(|b| b.len() == pieces.spans.len());
+    let mut stand = pieces.stand(start.clone(), begins.unwrap_or(pieces.seems.clone()))?;
     if !stand.cost.is_finite() {
         return Err(LeastSquaresError::Start.into());
     }
-    let mut damping = 1e-3;
-    for _ in 0..STEPS {
-        let triangles = pieces.linearise(&stand, free)?;
-        let settled = loop {
-            let step = damped(&triangles, N, free.len(), damping)?;
-            let longest = step
-                .iter()
-                .zip(free)
-                .filter(|(_, p)| !matches!(p, Parameter::Bias | Parameter::Coulomb))
-                .fold(LONGEST, |a, (s, _)| a.max(s.abs()));
-            let step: Vec<f64> = step.iter().map(|s| s * LONGEST / longest).collect();
-            // where steps fail the first states go less far, too
-            let share = 1.0 / (1.0 + damping);
-            let next = pieces.step(&stand, (free, &step), share, &triangles)?;
-            let gain = stand.cost - next.cost;
-            if gain > 0.0 {
-                stand = next;
-                damping = f64::max(0.1 * damping, 1e-10);
-                break gain < SETTLED && damping < 1e-4;
-            }
+    // first where the pieces begin, lest the parameters make up for it
+    stand = pieces.eased(stand, BEGINS)?;
+    let mut triangles = pieces.linearise(&stand, free)?;
+    let (mut damping, mut poor) = (1e-3, 0);
+    for _ in 0..TRIES {
+        let step = damped(&triangles, N, free.len(), damping)?;
+        let longest = step
+            .iter()
+            .zip(free)
+            .filter(|(_, p)| !matches!(p, Parameter::Bias | Parameter::Coulomb))
+            .fold(LONGEST, |a, (s, _)| a.max(s.abs()));
+        let step: Vec<f64> = step.iter().map(|s| s * LONGEST / longest).collect();
+        // where steps fail the first states go less far, too
+        let share = 1.0 / (1.0 + damping);
+        let next = pieces.step(&stand, (free, &step), share, &triangles)?;
+        let next = pieces.eased(next, EASED)?;
+        let gain = stand.cost - next.cost;
+        if gain > 0.0 {
+            stand = next;
+            triangles = pieces.linearise(&stand, free)?;
+            damping = f64::max(0.1 * damping, 1e-10);
+        } else {
             damping *= 10.0;
-            if gain > -SETTLED || damping > 1e8 {
-                break true;
+        }
+        // a short step says nothing of where a whole one would lead; where many gain little friction's turns have made the ground rough
+        if damping < WHOLE {
+            poor = 0;
+            if gain.abs() < cut.settled {
+                break;
             }
-        };
-        if settled {
-            break;
+        } else if gain < ROUGHNESS {
+            poor += 1;
+            if poor == POOR {
+                break;
+            }
         }
     }
-    let triangles = pieces.linearise(&stand, free)?;
     Ok(Settled {
         sigma: deviations(&triangles, N, free.len())?,
         estimate: stand.estimate,
+        begins: stand.states.iter().map(|s| s.to_vec()).collect(),
         rms: stand.rms,
+        cost: stand.cost,
         units: pieces.units,
     })
 }
@@ -172,7 +220,6 @@ impl<'a, const N: usize> Pieces<'a, N> {
     fn drive(&self, estimate: &Estimate) -> Result<Drive<N>, IdentificationError> {
         Ok(Drive::new(
             &estimate.driven(),
-            estimate.felt,
             estimate.delays,
             self.record.period,
         )?)
@@ -185,19 +232,10 @@ impl<'a, const N: usize> Pieces<'a, N> {
         states: Vec<[f64; N]>,
     ) -> Result<Stand<N>, IdentificationError> {
         let drive = self.drive(&estimate)?;
-        let squares: Vec<[f64; 2]> = self
-            .spans
+        let squares: Vec<[f64; 2]> = states
             .par_iter()
-            .zip(&states)
-            .map(|(span, state)| {
-                let predicted = drive.run(state, &self.record.voltage[span.clone()]);
-                let measured = [self.record.current, self.record.angle];
-                std::array::from_fn(|c| {
-                    let measured = &measured[c][span.clone()];
-                    let pairs = measured.iter().zip(&predicted[c]).skip(LATEST);
-                    pairs.map(|(m, p)| (m - p).powi(2)).sum()
-                })
-            })
+            .enumerate()
+            .map(|(piece, state)| self.squares(piece, &drive, state))
             .collect();
         let count: usize = self
             .spans
@@ -221,6 +259,24 @@ impl<'a, const N: usize> Pieces<'a, N> {
             states,
             rms,
         })
+    }
+
+    /// Sums of squared residuals of a piece, of current and angle.
+    fn squares(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [f64; 2] {
+        let span = self.spans[piece].clone();
+        let predicted = drive.run(state, &self.record.voltage[span.clone()]);
+        let measured = [self.record.current, self.record.angle];
+        std::array::from_fn(|c| {
+            let measured = &measured[c][span.clone()];
+            let pairs = measured.iter().zip(&predicted[c]).skip(LATEST);
+            pairs.map(|(m, p)| (m - p).powi(2)).sum()
+        })
+    }
+
+    /// Squared residuals of a piece, each over its channel's deviation.
+    fn cost(&self, piece: usize, drive: &Drive<N>, state: &[f64; N], rms: [f64; 2]) -> f64 {
+        let [current, angle] = self.squares(piece, drive, state);
+        current / (rms[0] * rms[0]) + angle / (rms[1] * rms[1])
     }
 
     /// The triangle of each piece: columns are its first state, the free parameters, and what is left of the record.
@@ -248,47 +304,107 @@ impl<'a, const N: usize> Pieces<'a, N> {
         let triangles = (0..self.spans.len())
             .into_par_iter()
             .map(|piece| {
-                let span = self.spans[piece].clone();
-                let voltage = &self.record.voltage[span.clone()];
-                let state = &stand.states[piece];
-                let now = drive.run(state, voltage);
-                let mut slopes: Vec<([Vec<f64>; 2], f64)> = (0..N)
-                    .map(|i| {
-                        let mut other = *state;
-                        let step = 1e-7 * self.spread[i];
-                        other[i] += step;
-                        (drive.run(&other, voltage), step)
-                    })
-                    .collect();
-                slopes.extend(
-                    moved
-                        .iter()
-                        .zip(&steps)
-                        .map(|(drive, step)| (drive.run(state, voltage), *step)),
-                );
-                let mut system = Regression::new(slopes.len());
-                for (c, measured) in [self.record.current, self.record.angle]
-                    .into_iter()
-                    .enumerate()
-                {
-                    let weight = 1.0 / stand.rms[c];
-                    let measured = &measured[span.clone()];
-                    for k in LATEST..measured.len() {
-                        let row = slopes
-                            .iter()
-                            .map(|(other, step)| weight * (other[c][k] - now[c][k]) / step);
-                        system.push(row, weight * (measured[k] - now[c][k]));
-                    }
-                }
-                for (i, (seems, state)) in self.seems[piece].iter().zip(state).enumerate() {
-                    let level = 1.0 / self.spread[i];
-                    let row = (0..slopes.len()).map(|j| if i == j { level } else { 0.0 });
-                    system.push(row, level * (seems - state));
-                }
-                system.triangle()
+                let moved = moved.iter().zip(steps.iter().copied());
+                self.triangle(piece, (&drive, moved), &stand.states[piece], stand.rms)
             })
             .collect();
         Ok(triangles)
+    }
+
+    /// The triangle of a piece that begins in a state.
+    fn triangle<'d>(
+        &self,
+        piece: usize,
+        (drive, moved): (&Drive<N>, impl Iterator<Item = (&'d Drive<N>, f64)>),
+        state: &[f64; N],
+        rms: [f64; 2],
+    ) -> Matrix {
+        let span = self.spans[piece].clone();
+        let voltage = &self.record.voltage[span.clone()];
+        let now = drive.run(state, voltage);
+        let mut slopes: Vec<([Vec<f64>; 2], f64)> = (0..N)
+            .map(|i| {
+                let mut other = *state;
+                let step = 1e-7 * self.spread[i];
+                other[i] += step;
+                (drive.run(&other, voltage), step)
+            })
+            .collect();
+        slopes.extend(moved.map(|(drive, step)| (drive.run(state, voltage), step)));
+        let mut system = Regression::new(slopes.len());
+        for (c, measured) in [self.record.current, self.record.angle]
+            .into_iter()
+            .enumerate()
+        {
+            let weight = 1.0 / rms[c];
+            let measured = &measured[span.clone()];
+            for k in LATEST..measured.len() {
+                let row = slopes
+                    .iter()
+                    .map(|(other, step)| weight * (other[c][k] - now[c][k]) / step);
+                system.push(row, weight * (measured[k] - now[c][k]));
+            }
+        }
+        for (i, (seems, state)) in self.seems[piece].iter().zip(state).enumerate() {
+            let level = 1.0 / self.spread[i];
+            let row = (0..slopes.len()).map(|j| if i == j { level } else { 0.0 });
+            system.push(row, level * (seems - state));
+        }
+        system.triangle()
+    }
+
+    /// The same estimate, each piece beginning where it fits best: as many steps as told, as far as they lead down.
+    fn eased(&self, stand: Stand<N>, steps: usize) -> Result<Stand<N>, IdentificationError> {
+        let drive = self.drive(&stand.estimate)?;
+        let states = stand
+            .states
+            .par_iter()
+            .enumerate()
+            .map(|(piece, state)| self.begun(piece, &drive, *state, stand.rms, steps))
+            .collect();
+        self.stand(stand.estimate, states)
+    }
+
+    /// The first state of a piece, stepped towards the least residual.
+    fn begun(
+        &self,
+        piece: usize,
+        drive: &Drive<N>,
+        mut state: [f64; N],
+        rms: [f64; 2],
+        steps: usize,
+    ) -> [f64; N] {
+        let cost = |state: &[f64; N]| self.cost(piece, drive, state, rms);
+        let mut now = cost(&state);
+        let mut damping = 1e-6;
+        for _ in 0..steps {
+            let none: [(&Drive<N>, f64); 0] = [];
+            let triangle = self.triangle(piece, (drive, none.into_iter()), &state, rms);
+            let better = loop {
+                let Ok(by) = stepped::<N>(&triangle, damping) else {
+                    return state;
+                };
+                let next: [f64; N] = std::array::from_fn(|i| state[i] + by[i]);
+                let then = cost(&next);
+                if then < now {
+                    damping = f64::max(0.1 * damping, 1e-12);
+                    break Some((next, then));
+                }
+                damping *= 10.0;
+                if damping > 1e4 {
+                    break None;
+                }
+            };
+            let Some((next, then)) = better else {
+                break;
+            };
+            let gain = now - then;
+            (state, now) = (next, then);
+            if gain < SETTLED {
+                break;
+            }
+        }
+        state
     }
 
     /// Where a share of a step of the parameters leads, the first state of each piece going along.
@@ -303,27 +419,36 @@ impl<'a, const N: usize> Pieces<'a, N> {
         for (parameter, step) in free.iter().zip(step) {
             estimate = estimate.moved(*parameter, share * step, self.units);
         }
-        let states = stand
-            .states
-            .iter()
-            .zip(triangles)
-            .map(|(state, t)| {
-                let mut by = [0.0; N];
-                for i in (0..N).rev() {
-                    let mut right = t[(i, N + free.len())];
-                    for (j, step) in step.iter().enumerate() {
-                        right -= t[(i, N + j)] * step;
-                    }
-                    for k in i + 1..N {
-                        right -= t[(i, k)] * by[k];
-                    }
-                    by[i] = right / t[(i, i)];
-                }
-                std::array::from_fn(|i| state[i] + share * by[i])
+        let drive = self.drive(&estimate)?;
+        let states = (stand.states.par_iter().zip(triangles).enumerate())
+            .map(|(piece, (state, triangle))| {
+                let by = led::<N>(triangle, step);
+                // friction lets a piece leave its ground at a bound: then it goes less far, or stays
+                let ends =
+                    GOES.map(|goes| std::array::from_fn(|i| state[i] + goes * share * by[i]));
+                let costs = ends.map(|end| self.cost(piece, &drive, &end, stand.rms));
+                let best = (0..ends.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+                best.map_or(*state, |best| ends[best])
             })
             .collect();
         self.stand(estimate, states)
     }
+}
+
+/// How the first state of a piece goes with a step of the parameters.
+fn led<const N: usize>(triangle: &Matrix, step: &[f64]) -> [f64; N] {
+    let mut by = [0.0; N];
+    for i in (0..N).rev() {
+        let mut right = triangle[(i, N + step.len())];
+        for (j, step) in step.iter().enumerate() {
+            right -= triangle[(i, N + j)] * step;
+        }
+        for k in i + 1..N {
+            right -= triangle[(i, k)] * by[k];
+        }
+        by[i] = right / triangle[(i, i)];
+    }
+    by
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {
@@ -367,13 +492,43 @@ fn damped(
     Ok(system.solve()?.values)
 }
 
+/// The step of a first state, damped by the lengths of its columns.
+fn stepped<const N: usize>(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, LeastSquaresError> {
+    let mut system = Regression::new(N);
+    let mut lengths = [0.0; N];
+    for i in 0..triangle.rows().min(N) {
+        for (j, length) in lengths.iter_mut().enumerate() {
+            *length += triangle[(i, j)].powi(2);
+        }
+        system.push((0..N).map(|j| triangle[(i, j)]), triangle[(i, N)]);
+    }
+    for (j, length) in lengths.iter().enumerate() {
+        let level = (damping * length).sqrt();
+        system.push((0..N).map(|i| if i == j { level } else { 0.0 }), 0.0);
+    }
+    Ok(system.solve()?.values)
+}
+
 /// One standard deviation of each free parameter: the larger of what white residuals leave, and of what the pieces' own scatter
-/// leaves (the sandwich of Ljung's eq. 9.54 with pieces as its terms).
+/// leaves.
 fn deviations(
     triangles: &[Matrix],
     states: usize,
     free: usize,
 ) -> Result<Vec<f64>, LeastSquaresError> {
+    let variances = variances(triangles, states, free)?.into_iter();
+    Ok(variances
+        .map(|(white, scatter)| white.max(scatter).sqrt())
+        .collect())
+}
+
+/// Variances of each free parameter: what white residuals leave, and what the pieces' own scatter leaves (the sandwich of Ljung's
+/// eq. 9.54 with pieces as its terms).
+fn variances(
+    triangles: &[Matrix],
+    states: usize,
+    free: usize,
+) -> Result<Vec<(f64, f64)>, LeastSquaresError> {
     let mut system = Regression::new(free);
     for (row, right) in told(triangles, states, free) {
         system.push(row, right);
@@ -400,9 +555,6 @@ fn deviations(
     Ok(scatter
         .iter()
         .enumerate()
-        .map(|(i, scatter)| {
-            let scatter = scatter * pieces / (pieces - 1.0).max(1.0);
-            spread[(i, i)].max(scatter).sqrt()
-        })
+        .map(|(i, scatter)| (spread[(i, i)], scatter * pieces / (pieces - 1.0).max(1.0)))
         .collect())
 }

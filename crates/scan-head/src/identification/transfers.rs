@@ -40,6 +40,7 @@ pub fn motor_of(t: &Transfers) -> Result<Galvanometer, IdentificationError> {
         viscous,
         modes: Vec::new(),
         friction: Friction::None,
+        felt: 0.0,
     };
     for (what, value) in [
         ("R", motor.resistance),

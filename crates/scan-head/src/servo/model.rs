@@ -106,7 +106,7 @@ impl<'a> ServoModel<'a> {
     /// # use meltpath_scan_head::axis::galvanometer::{Galvanometer, Mode};
     /// # let (kc, j) = (6.17e-3, 4.530_873_193e-8);
     /// # let motor = Galvanometer { resistance: 2.79, inductance: 180e-6, torque_constant: kc, back_emf: kc, inertia: j,
-    /// #     viscous: 3e-6, friction: Default::default(),
+    /// #     viscous: 3e-6, friction: Default::default(), felt: 0.0,
     /// #     modes: vec![Mode { omega: 25_132.74, damping: 0.015, gain: 0.3 * kc / j }] };
     /// let gains = tune(&motor, &Targets::default(), 50e-6).unwrap().gains;
     /// let open = ServoModel::new(&motor, &gains).open(Loop::Position, meltpath_control::Complex64::new(0.0, 3000.0));
@@ -329,6 +329,7 @@ mod tests {
                 gain: 4e4,
             }],
             friction: Friction::None,
+            felt: 0.0,
         };
         let grid = grid_for(&motor);
         assert!((grid[0] - 1.0).abs() < 1e-9 && (grid[grid.len() - 1] / 1e6 - 1.0).abs() < 1e-9);

@@ -176,7 +176,7 @@ pub struct Tuned {
 /// # use meltpath_scan_head::axis::galvanometer::{Galvanometer, Mode};
 /// # let (kc, j) = (6.17e-3, 4.530_873_193e-8);
 /// # let motor = Galvanometer { resistance: 2.79, inductance: 180e-6, torque_constant: kc, back_emf: kc, inertia: j,
-/// #     viscous: 3e-6, friction: Default::default(),
+/// #     viscous: 3e-6, friction: Default::default(), felt: 0.0,
 /// #     modes: vec![Mode { omega: 25_132.74, damping: 0.015, gain: 0.3 * kc / j }] };
 /// let tuned = tune(&motor, &Targets::default(), 50e-6).unwrap();
 /// assert!((tuned.gains.current.gain - 1.88).abs() < 0.01);           // V/A

@@ -375,6 +375,7 @@ proptest! {
             viscous: b,
             modes: vec![],
             friction: Friction::None,
+            felt: 0.0,
         };
         let Some(transfers) = transfers_of(&motor) else {
             // complex poles

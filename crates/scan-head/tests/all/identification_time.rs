@@ -332,7 +332,7 @@ fn friction_at_the_rotor_does_not_pass_for_damping_of_the_mode() {
     assert!(off < 5e-4 && stated < 4.0, "{off} {stated}");
     let [felt, sigma] = joint.felt.unwrap();
     assert!(
-        (felt - 1.0).abs() < 0.01 && sigma < 0.01,
+        (felt - 1.0).abs() < 3.0 * sigma && sigma < 0.01,
         "{felt} ± {sigma}"
     );
     let [coulomb, sigma] = joint.coulomb.unwrap();
@@ -365,6 +365,7 @@ fn own(seed: u64, law: Law) -> (Bench, Random) {
             coulomb: near(3e-5),
             bias: 0.0,
         },
+        felt: 0.0,
     };
     if let Friction::Coulomb { bias, .. } = &mut motor.friction {
         *bias = random.between(-1e-5, 1e-5);
@@ -460,7 +461,8 @@ fn trial(seed: u64) -> [[f64; 2]; 13] {
 #[test]
 #[ignore = "minutes on a busy core"]
 fn records_of_another_simulator_give_their_motors_within_the_stated_deviations() {
-    for seed in 0..2 {
+    // of each sampling frequency three; the last is one whose mode feels nothing of friction, though a fit can stay where it does
+    for seed in [0, 1, 2, 3, 4, 8, 9, 10, 14] {
         for (name, [off, sigma]) in NAMES.iter().zip(trial(seed)) {
             println!("{name}: {off:.2} deviations of {:.3} %", 100.0 * sigma);
             assert!(off.abs() < 4.0 && sigma < 0.1, "{name}");

@@ -29,6 +29,7 @@ pub(crate) fn motor() -> Galvanometer {
             coulomb: 3e-5,
             bias: 5e-6,
         },
+        felt: 0.0,
     }
 }
 
