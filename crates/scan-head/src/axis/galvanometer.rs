@@ -143,3 +143,24 @@ impl Galvanometer {
         StateSpace::continuous(a, b, c, Matrix::zeros(3, 2))
     }
 }
+
+/// A motor with a mode, for tests.
+#[cfg(test)]
+pub(crate) fn example() -> Galvanometer {
+    let (kc, j) = (6.17e-3, 4.530_873_193e-8);
+    Galvanometer {
+        resistance: 2.79,
+        inductance: 180e-6,
+        torque_constant: kc,
+        back_emf: kc,
+        inertia: j,
+        viscous: 3e-6,
+        modes: vec![Mode {
+            omega: std::f64::consts::TAU * 4000.0,
+            damping: 0.015,
+            gain: 0.3 * kc / j,
+        }],
+        friction: Friction::None,
+        felt: 0.0,
+    }
+}

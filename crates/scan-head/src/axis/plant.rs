@@ -224,25 +224,13 @@ impl<const N: usize> Plant<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::galvanometer::Mode;
+    use super::super::galvanometer::example;
     use super::*;
 
     fn motor(friction: Friction) -> Galvanometer {
-        let (kc, j) = (6.17e-3, 4.530_873_193e-8);
         Galvanometer {
-            resistance: 2.79,
-            inductance: 180e-6,
-            torque_constant: kc,
-            back_emf: kc,
-            inertia: j,
-            viscous: 3e-6,
-            modes: vec![Mode {
-                omega: std::f64::consts::TAU * 4000.0,
-                damping: 0.015,
-                gain: 0.3 * kc / j,
-            }],
             friction,
-            felt: 0.0,
+            ..example()
         }
     }
 

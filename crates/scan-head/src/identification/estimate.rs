@@ -121,24 +121,13 @@ impl Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::axis::galvanometer::example;
 
     fn estimate() -> Estimate {
-        let (kc, j) = (6e-3, 4.5e-8);
         Estimate {
             motor: Galvanometer {
-                resistance: 2.8,
-                inductance: 180e-6,
-                torque_constant: kc,
-                back_emf: kc,
-                inertia: j,
-                viscous: 3e-6,
-                modes: vec![Mode {
-                    omega: 25_000.0,
-                    damping: 0.02,
-                    gain: 0.3 * kc / j,
-                }],
-                friction: Friction::None,
                 felt: 1.0,
+                ..example()
             },
             coulomb: 3e-5,
             bias: 0.0,

@@ -309,28 +309,15 @@ pub(super) fn grid_for(motor: &Galvanometer) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::axis::friction::Friction;
-    use crate::axis::galvanometer::Mode;
+    use crate::axis::galvanometer::example;
 
     /// A peak is 2ξω wide: on either side of it frequencies lie nearer than that, for modes damped by a tenth of a percent.
     #[test]
     fn the_grid_resolves_modes_on_both_sides() {
         let omega = 25_000.0;
-        let motor = Galvanometer {
-            resistance: 2.8,
-            inductance: 180e-6,
-            torque_constant: 6e-3,
-            back_emf: 6e-3,
-            inertia: 4.5e-8,
-            viscous: 3e-6,
-            modes: vec![Mode {
-                omega,
-                damping: 1e-3,
-                gain: 4e4,
-            }],
-            friction: Friction::None,
-            felt: 0.0,
-        };
+        let mut motor = example();
+        motor.modes[0].omega = omega;
+        motor.modes[0].damping = 1e-3;
         let grid = grid_for(&motor);
         assert!((grid[0] - 1.0).abs() < 1e-9 && (grid[grid.len() - 1] / 1e6 - 1.0).abs() < 1e-9);
         for pair in grid.windows(2) {
