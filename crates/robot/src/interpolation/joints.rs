@@ -186,7 +186,8 @@ impl<'a> JointMoves<'a> {
             let values = Values::of(arm, External(external.to_array()));
             let tip = cell.frames(&values).part_from_wire_tip();
             all.position += tip.position - place;
-            all.axis += tip.tool_axis() - axis;
+            // that of the motion is of unit length
+            all.axis += tip.tool_axis() - axis.normalize_or_zero();
             all.across += tip.orientation * DVec3::X - across;
             let [after, before] = run.alone;
             if single && start >= after && end <= before {
