@@ -283,7 +283,7 @@ impl<'a> Following<'a> {
         if self.moments.len() > 4 {
             self.moments.remove(0);
         }
-        self.near_limits(cell.arm.margin(joints));
+        self.near_limits(cell.arm.margin(joints), alone.is_some());
         self.judge();
     }
 
@@ -360,14 +360,15 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Looks at the way to the newest moment, whose joints keep `margin` rad from their limits.
-    fn near_limits(&mut self, (margin, joint): (f64, usize)) {
+    /// Looks at the way to the newest moment, whose joints keep `margin` rad from their limits. Of a joint move `alone` the averages lie
+    /// between its ends: it is nowhere nearer to a limit than there.
+    fn near_limits(&mut self, (margin, joint): (f64, usize), alone: bool) {
         let Some(here) = self.moments.last() else {
             return;
         };
         // a parabola leaves its chord by an eighth of its second difference: twice that
         let bend = match &self.moments[..] {
-            [.., a, b, c] => {
+            [.., a, b, c] if !alone => {
                 let second = (0..6).map(|i| (c.axes[i] - 2.0 * b.axes[i] + a.axes[i]).abs());
                 second.fold(0.0, f64::max)
             }

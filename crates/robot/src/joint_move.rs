@@ -82,7 +82,8 @@ impl JointMove {
             way.length += before.position.distance(tip.position);
             way.turn += before.orientation.angle_between(tip.orientation);
             let out = tip.position - begin.position;
-            let share = (out.dot(chord) / chord.length_squared().max(NOTHING * NOTHING)).clamp(0.0, 1.0);
+            let share =
+                (out.dot(chord) / chord.length_squared().max(NOTHING * NOTHING)).clamp(0.0, 1.0);
             let bow = out.distance(chord * share);
             if bow > way.bow {
                 (way.bow, way.farthest) = (bow, tip.position);
@@ -98,7 +99,11 @@ impl JointMove {
         let along = |from: f64, to: f64| (place(to) - place(from)).normalize_or_zero();
         Course {
             time,
-            length: if way.length > NOTHING { way.length } else { 0.0 },
+            length: if way.length > NOTHING {
+                way.length
+            } else {
+                0.0
+            },
             directions: [along(0.0, BESIDE), along(1.0 - BESIDE, 1.0)],
         }
     }

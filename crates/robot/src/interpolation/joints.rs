@@ -25,6 +25,8 @@ use crate::summary::Summary;
 
 /// Samples after which nothing of a pulse is left, beyond the averages themselves.
 const LATE: f64 = 3.0;
+/// Times closer than this are one, s.
+const ROUNDING: f64 = 1e-9;
 /// What is averaged of a joint move: place, axis and x axis of the tool along its chord, and three by three the axes of the cell.
 const CHANNELS: usize = 6;
 
@@ -132,7 +134,7 @@ impl<'a> JointMoves<'a> {
             return;
         }
         let Some(known) = self.known(step.index as u32) else {
-            self.settled = step.pulse_end + self.transition + LATE * self.dt;
+            self.settled = step.pulse_end + self.transition;
             for run in &mut self.runs {
                 run.alone[1] = run.alone[1].min(step.begin);
             }
@@ -147,7 +149,11 @@ impl<'a> JointMoves<'a> {
                 let averages = |i: usize| Cascade::new(n1, n2, pulse.shapes[i].at(0.0));
                 self.runs.push(Run {
                     averages: std::array::from_fn(averages),
-                    alone: [step.begin.max(self.settled), f64::INFINITY],
+                    // after a stop nothing is left, at rest before the first move neither
+                    alone: match self.settled <= step.begin + ROUNDING {
+                        true => [f64::NEG_INFINITY, f64::INFINITY],
+                        false => [self.settled, f64::INFINITY],
+                    },
                     pulses: vec![pulse],
                 });
             }
@@ -161,7 +167,9 @@ impl<'a> JointMoves<'a> {
         let n = self.sample;
         self.sample += 1;
         let (start, end) = ((n as f64 - 1.0) * self.dt, n as f64 * self.dt);
-        while let Some(step) = self.steps.next_if(|step| step.begin < end) {
+        // the first sample is the start itself
+        let begun = |step: &Step| step.begin < end || n == 0 && step.begin <= end;
+        while let Some(step) = self.steps.next_if(begun) {
             self.take(&step);
         }
         let over = self.transition + LATE * self.dt;
@@ -181,7 +189,8 @@ impl<'a> JointMoves<'a> {
             alone: None,
         };
         for run in &mut self.runs {
-            let [place, axis, across, first, second, external] = run.averaged([start, end], self.dt);
+            let [place, axis, across, first, second, external] =
+                run.averaged([start, end], self.dt);
             let arm = [first.x, first.y, first.z, second.x, second.y, second.z];
             let values = Values::of(arm, External(external.to_array()));
             let tip = cell.frames(&values).part_from_wire_tip();
@@ -237,7 +246,10 @@ impl Run {
         let mut from = start;
         for (i, pulse) in self.pulses.iter().enumerate() {
             let piece = &pulse.piece;
-            let next = self.pulses.get(i + 1).map_or(f64::INFINITY, |p| p.piece.begin());
+            let next = self
+                .pulses
+                .get(i + 1)
+                .map_or(f64::INFINITY, |p| p.piece.begin());
             let [begun, over, until] = [piece.begin(), piece.end, next].map(|t| t.clamp(from, end));
             for (sum, shape) in sums.iter_mut().zip(&pulse.shapes) {
                 if begun > from {

@@ -93,7 +93,10 @@ fn chords_stand_for_the_curve_on_a_hundred_times_finer_grid() {
                 before = here;
             }
         }
-        println!("{}: {most} chords, {farthest:.4} mm, {most_turned:.6} rad", robot.name);
+        println!(
+            "{}: {most} chords, {farthest:.4} mm, {most_turned:.6} rad",
+            robot.name
+        );
         assert!(farthest <= CHORD && most_turned <= TURN, "{}", robot.name);
         // no finer than some ten times what is asked
         assert!(farthest > 0.02 * CHORD || most_turned > 0.02 * TURN);
@@ -155,7 +158,11 @@ impl Program {
             });
         }
         if beside > 0.0 {
-            add(aside(tip(&places[places.len() - 1])), Kind::Line, Smoothing::Fine);
+            add(
+                aside(tip(&places[places.len() - 1])),
+                Kind::Line,
+                Smoothing::Fine,
+            );
         }
         Program {
             cell,
@@ -231,7 +238,9 @@ fn between_stops_the_motion_is_the_curve() {
     for &i in of_joints.iter().step_by(7) {
         let (share, far) = nearest(&program, motion.places[i]);
         assert!(far < 1e-6, "{far} at {share}");
-        let axis = program.joint_moves[0].tip(&program.cell, share.clamp(0.0, 1.0)).tool_axis();
+        let axis = program.joint_moves[0]
+            .tip(&program.cell, share.clamp(0.0, 1.0))
+            .tool_axis();
         assert!(axis.distance(motion.axes[i]) < 1e-5, "{share}");
         let along = (b - a).normalize();
         bow = bow.max((motion.places[i] - a).reject_from(along).length());
@@ -286,8 +295,14 @@ fn a_tip_that_comes_back_has_moved() {
     assert!(program.start.position.distance(program.commands[0].target) < 1e-9);
     let motion = program.motion();
     let time = motion.places.len() as f64 * controller().sampling();
-    assert!((time - 2.0 - controller().transition()).abs() < 0.01, "{time}");
-    let out = motion.places.iter().map(|p| p.distance(program.start.position));
+    assert!(
+        (time - 2.0 - controller().transition()).abs() < 0.01,
+        "{time}"
+    );
+    let out = motion
+        .places
+        .iter()
+        .map(|p| p.distance(program.start.position));
     let out = out.fold(0.0, f64::max);
     println!("{out:.1} mm");
     assert!(out > 20.0);

@@ -51,7 +51,9 @@ pub(in crate::waam) fn follow(
             course.time = axes_take;
         } else {
             course.time = tool_takes.max(axes_take);
-            moves.slowed.extend(longer(number, least, tool_takes + smoothing));
+            moves
+                .slowed
+                .extend(longer(number, least, tool_takes + smoothing));
         }
     }
     moves.joint_moves = joint_moves;
@@ -117,8 +119,14 @@ fn longest(moves: &Commands, cell: &Cell) -> Option<String> {
         Some((course.time, least))
     };
     let all = moves.joint_moves.iter().filter_map(time);
-    let (time, LeastTime { axis: slowest, accelerated, .. }) =
-        all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (
+        time,
+        LeastTime {
+            axis: slowest,
+            accelerated,
+            ..
+        },
+    ) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let without = if accelerated {
         ""
     } else {

@@ -14,12 +14,12 @@ use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why
 
 use crate::waam::drive::axes::{axis, guessed, shown};
 use crate::waam::drive::division;
-use crate::waam::drive::joint_moves;
 use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Film, Step};
 use crate::waam::drive::hold::{
     Positions, ends, followed, metal_at, named, stance, task, written_stance,
 };
+use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
 use crate::waam::drive::travels;
@@ -301,7 +301,7 @@ fn unsaid(check: Check, unsaid: &[u32], moves: &Commands) -> Check {
         ..check
     }
     .because(&format!(
-        "how the arm stands at the end of {} joint moves is not said, first in program {program}, line {line}: they were followed to a way that was chosen here",
+        "how the arm stands at the end of joint moves is not said: {}, first in program {program}, line {line}; what was checked leads to a way that was chosen here",
         unsaid.len()
     ))
     .remedy("touch up the position at the controller, so that it carries a configuration")

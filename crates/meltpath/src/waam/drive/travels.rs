@@ -53,11 +53,7 @@ pub(in crate::waam) fn pace(
 }
 
 /// Drives straight travels as slowly as their slowest axis.
-fn slow_travels(
-    steps: &[Step],
-    (cell, moves): (&Cell, &mut Commands),
-    settings: &Settings,
-) {
+fn slow_travels(steps: &[Step], (cell, moves): (&Cell, &mut Commands), settings: &Settings) {
     let times = Times::of(moves, &settings.controller);
     let mut before: Option<Values> = None;
     for of_move in steps.chunk_by(|a, b| a.command == b.command) {

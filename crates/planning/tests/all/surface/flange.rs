@@ -37,7 +37,11 @@ fn program() -> (Pose, Vec<Command>) {
                     continue;
                 }
                 let id = commands.len() as u32;
-                let kind = if i == 0 { Kind::Joint(None) } else { Kind::Line };
+                let kind = if i == 0 {
+                    Kind::Joint(None)
+                } else {
+                    Kind::Line
+                };
                 let source = match kind {
                     Kind::Joint(_) => Source::Off,
                     _ => Source::On { wire_feed: 130.0 },
