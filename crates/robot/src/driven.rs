@@ -255,14 +255,13 @@ impl<'a> Following<'a> {
             self.end_run(None);
             return;
         };
-        let joints = match alone {
-            Some(values) => values.arm,
-            None => {
-                let flange = cell.base_from_flange(tip, &Values::of(near, external));
-                match cell.arm.onward(flange, &near) {
-                    Ok(joints) => joints,
-                    Err(why) => return self.lose(tip, command, Why::Unreachable(why)),
-                }
+        let joints = if let Some(values) = alone {
+            values.arm
+        } else {
+            let flange = cell.base_from_flange(tip, &Values::of(near, external));
+            match cell.arm.onward(flange, &near) {
+                Ok(joints) => joints,
+                Err(why) => return self.lose(tip, command, Why::Unreachable(why)),
             }
         };
         let jumped = (0..6).any(|i| (joints[i] - near[i]).abs() > JUMP);

@@ -142,21 +142,23 @@ impl<'a> JointMoves<'a> {
             return;
         };
         let pulse = Pulse::of(step, across(from, command.orientation), known);
-        match self.runs.last_mut().filter(|_| self.goes_on) {
-            Some(run) => run.pulses.push(pulse),
-            None => {
-                let (n1, n2) = self.taps;
-                let averages = |i: usize| Cascade::new(n1, n2, pulse.shapes[i].at(0.0));
-                self.runs.push(Run {
-                    averages: std::array::from_fn(averages),
-                    // after a stop nothing is left, at rest before the first move neither
-                    alone: match self.settled <= step.begin + ROUNDING {
-                        true => [f64::NEG_INFINITY, f64::INFINITY],
-                        false => [self.settled, f64::INFINITY],
-                    },
-                    pulses: vec![pulse],
-                });
-            }
+        if let Some(run) = self.runs.last_mut().filter(|_| self.goes_on) {
+            run.pulses.push(pulse);
+        } else {
+            let (n1, n2) = self.taps;
+            let averages = |i: usize| Cascade::new(n1, n2, pulse.shapes[i].at(0.0));
+            // after a stop nothing is left, at rest before the first move neither
+            let left = self.settled > step.begin + ROUNDING;
+            let after = if left {
+                self.settled
+            } else {
+                f64::NEG_INFINITY
+            };
+            self.runs.push(Run {
+                averages: std::array::from_fn(averages),
+                alone: [after, f64::INFINITY],
+                pulses: vec![pulse],
+            });
         }
         self.goes_on = true;
     }

@@ -103,20 +103,18 @@ pub(in crate::waam) fn fact(moves: &Commands, settings: &Settings) -> Option<Fac
     let told = format!(
         "all axes together from end to end, the wire's tip up to {:.1} mm beside the straight line; {}",
         way.bow,
-        longest(moves, cell).unwrap_or_else(|| "the robot's file tells no speeds".to_owned()),
+        longest(moves, cell, &settings.controller)
+            .unwrap_or_else(|| "the robot's file tells no speeds".to_owned()),
     );
     Some(fact(&told).at(moves.place(worst.command, way.farthest)))
 }
 
 /// The joint move that takes longest.
-fn longest(moves: &Commands, cell: &Cell) -> Option<String> {
+fn longest(moves: &Commands, cell: &Cell, controller: &Controller) -> Option<String> {
+    let times = Times::of(moves, controller);
     let time = |joint_move: &JointMove| {
-        let command = moves.commands.get(joint_move.command as usize)?;
-        let Kind::Joint(Some(course)) = command.kind else {
-            return None;
-        };
         let least = least_time(cell, &joint_move.ends, [true; 2], 1.0)?;
-        Some((course.time, least))
+        Some((times.time(joint_move.command), least))
     };
     let all = moves.joint_moves.iter().filter_map(time);
     let (
