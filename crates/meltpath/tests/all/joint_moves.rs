@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::dialects::job_for;
 use crate::reach::measured;
 use crate::support::{check, says, thin_wall, write};
 use meltpath::outcome::{Outcome, RunFolder::NextIn};
-use meltpath::waam::simulate_program;
+use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Fact, Silent, Status, Verdict};
 use meltpath_data::cells;
 use meltpath_geometry::math::DVec3;
@@ -237,4 +238,71 @@ fn without_a_robot_the_straight_line_is_told() {
             .iter()
             .all(|[x, z]| x.abs() < 1e-6 && (z - 5.0).abs() < 1e-6)
     );
+}
+
+/// ABB gives joint moves the speed of the tool, KUKA a share of what the axes can do: travels of a plan that become joint moves take as long as
+/// before there, and the time of their axes here.
+#[test]
+fn joint_moves_take_the_time_that_their_controller_gives_them() {
+    for (dialect, robot, file, (line, joint), as_before) in [
+        (
+            "abb-rapid",
+            "abb-irb2600-12-185",
+            "JOB.mod",
+            ("MoveL ", "MoveJ "),
+            true,
+        ),
+        (
+            "kuka-krl",
+            "kuka-kr16-r2010-2",
+            "JOB.src",
+            ("LIN ", "PTP "),
+            false,
+        ),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let (home, job) = job_for(dir.path(), dialect, robot);
+        let planned = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
+        let program = planned.folder.join("program").join(file);
+        let text = std::fs::read_to_string(&program).unwrap();
+        // beads are ArcL of RAPID; in KRL they lie between a trigger and the end of the arc
+        let (mut off, mut travels, mut bent) = (as_before, 0, String::new());
+        for text in text.lines() {
+            off =
+                as_before || (off || text.contains("ArcOffAfterMove")) && !text.contains("TRIGGER");
+            let travel = off && text.trim_start().starts_with(line);
+            travels += u32::from(travel);
+            let text = if travel {
+                text.replace(line, joint).replace("C_DIS", "C_PTP")
+            } else {
+                text.to_owned()
+            };
+            writeln!(bent, "{text}").unwrap();
+        }
+        assert!(travels >= 2, "{dialect}: {travels}");
+        let simulated = |text: String| {
+            std::fs::write(&program, text).unwrap();
+            simulate_program(&program, Some(&job), NextIn(&home.join("again")), &Silent)
+                .unwrap()
+                .verdict
+        };
+        let before = simulated(text.clone());
+        let after = simulated(bent);
+        assert!(fact(&before, "joint-moves").is_none());
+        let told = fact(&after, "joint-moves").unwrap();
+        let times = [&before, &after].map(|v| {
+            fact(v, "time-travel")
+                .unwrap()
+                .value
+                .as_ref()
+                .unwrap()
+                .value
+        });
+        println!("{dialect}: {times:?} min; {}", told.reason);
+        assert!(
+            ((times[0] - times[1]).abs() < 0.02 * times[0]) == as_before,
+            "{times:?}"
+        );
+        assert!(times[1] <= times[0] * 1.02);
+    }
 }
