@@ -9,7 +9,7 @@ mod bodies;
 mod clear;
 mod distance;
 mod metal;
-mod motion;
+pub(crate) mod motion;
 mod passage;
 mod rooms;
 mod surroundings;

@@ -14,14 +14,35 @@ pub enum Kind {
         /// A point of the arc between its ends, mm.
         via: DVec3,
     },
-    /// A joint move. Its path depends on the robot's kinematics, which this room does not have yet: it is taken as
-    /// straight. Only travels should be joint moves.
-    Joint,
+    /// A joint move: every axis goes evenly from where it stands to where it ends. Where nobody says how that looks it is taken as straight.
+    /// Only travels should be joint moves.
+    Joint(Option<Course>),
     /// Stays where it is; target and speed have no meaning.
     Wait {
         /// Duration, s.
         time: f64,
     },
+}
+
+/// How a joint move looks, as far as its axes are known ([`crate::joint_move`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Course {
+    /// How long its axes move at an even pace, s: the controller's smoothing comes in addition.
+    pub time: f64,
+    /// Length of the tip's way, mm; 0 where it stays.
+    pub length: f64,
+    /// Directions of the tip at begin and end, of unit length.
+    pub directions: [DVec3; 2],
+}
+
+impl Kind {
+    /// What is known of a joint move.
+    pub(crate) fn course(&self) -> Option<&Course> {
+        match self {
+            Kind::Joint(course) => course.as_ref(),
+            Kind::Line | Kind::Arc { .. } | Kind::Wait { .. } => None,
+        }
+    }
 }
 
 /// How a command ends.

@@ -15,7 +15,7 @@ table! {
         t2: Sourced<Time> where positive => required;
         /// Speed of moves that only turn the tool, and limit of all others' turning.
         rotation_speed: Sourced<AngularSpeed> where positive => required;
-        /// Speed of the tool centre point in a joint move at 100 %.
+        /// Speed of the tool centre point in a joint move at 100 %, where the speeds of the joints are not known.
         joint_speed: Sourced<Speed> where positive => required;
         /// Dwell against smoothing, by increasing smoothing from 0 to 100 %; linear between the entries.
         dwell: Vec<DwellEntry> => required;

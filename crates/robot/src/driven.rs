@@ -19,7 +19,9 @@ use crate::controller::Controller;
 use crate::controller::ControllerError;
 use crate::interpolation::corner::dwells;
 use crate::interpolation::fir::{MotionError, simulate};
+use crate::interpolation::joints::{Along, Bending, JointMoves, Lacks};
 use crate::interpolation::riders::{Carried, Rider, Riders};
+use crate::joint_move::JointMove;
 use crate::kinematics::Limits;
 use crate::pacing::{Asked, Pacing, rates};
 use crate::posture::{Axes, Held, Least, NotHeld, Task, Why};
@@ -100,13 +102,15 @@ pub struct Slowest {
     pub speed: f64,
 }
 
-/// Follows the axes of a held program along its motion. `weaves` are those of the program, and which of them each command has, from 1.
+/// Follows the axes of a held program along its motion. `joint_moves` are those whose ends are known; the arm is not followed along others.
+/// `weaves` are those of the program, and which of them each command has, from 1.
 ///
 /// # Errors
 /// [`DrivenError`].
 pub fn drive(
     task: &Task<'_>,
     held: &Held,
+    joint_moves: &[JointMove],
     controller: &Controller,
     weaves: (&[Weave], &[u32]),
     observer: &dyn Observer,
@@ -131,7 +135,14 @@ pub fn drive(
         carried,
         (controller, dt),
     )?;
-    let mut axes = Following::new(task, held, (riders, dt));
+    let along = Along {
+        cell: Some(task.cell),
+        moves: joint_moves,
+        start: task.start,
+        commands: task.commands,
+    };
+    let bent = || JointMoves::new(along, &dwells, (controller, dt));
+    let mut axes = Following::new(task, held, (riders, bent()?, dt));
     let mut weaving;
     let sink: &mut dyn MotionSink = if weaves.0.is_empty() {
         &mut axes
@@ -139,7 +150,15 @@ pub fn drive(
         weaving = Weaving::new(weaves.0, weaves.1, &mut axes);
         &mut weaving
     };
-    simulate(task.start, task.commands, controller, dt, observer, sink)?;
+    let mut bending = Bending::new(bent()?, sink);
+    simulate(
+        task.start,
+        task.commands,
+        controller,
+        dt,
+        observer,
+        &mut bending,
+    )?;
     axes.end_run(None);
     Ok(axes.found)
 }
@@ -166,10 +185,11 @@ struct Run {
 struct Following<'a> {
     task: &'a Task<'a>,
     riders: Riders<'a>,
+    joint_moves: JointMoves<'a>,
     limits: [Option<Limits>; AXES],
     /// Joints at the begin of each run, by the command that leads there.
     begins: Vec<(Option<u32>, [f64; 6])>,
-    /// Where the arm is; nothing on a joint move.
+    /// Where the arm is; nothing on a joint move whose ends are not known.
     joints: Option<[f64; 6]>,
     /// The last four moments, the newest last.
     moments: Vec<Moment>,
@@ -181,11 +201,16 @@ struct Following<'a> {
 }
 
 impl<'a> Following<'a> {
-    fn new(task: &'a Task<'a>, held: &Held, (riders, dt): (Riders<'a>, f64)) -> Self {
+    fn new(
+        task: &'a Task<'a>,
+        held: &Held,
+        (riders, joint_moves, dt): (Riders<'a>, JointMoves<'a>, f64),
+    ) -> Self {
         let begins: Vec<_> = held.chains.iter().map(|c| (c.first, c.joints)).collect();
         Following {
             task,
             riders,
+            joint_moves,
             limits: task.cell.axis_limits(),
             joints: begins.first().map(|b| b.1),
             begins,
@@ -200,7 +225,7 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Where the arm is looked for: at the place before, after a joint move at the begin of the run that it leads to.
+    /// Where the arm is looked for: at the place before, after an unknown joint move at the begin of the run that it leads to.
     fn near(&self, command: u32) -> Option<[f64; 6]> {
         self.joints.or_else(|| {
             let after = self
@@ -211,9 +236,15 @@ impl<'a> Following<'a> {
     }
 
     /// Takes the next place of the motion.
-    fn place(&mut self, tip: Pose, external: External, (command, speed): (u32, f64)) {
+    fn place(
+        &mut self,
+        (tip, external): (Pose, External),
+        alone: Option<Values>,
+        (command, speed): (u32, f64),
+    ) {
         let of = self.task.commands.get(command as usize);
-        if of.is_some_and(|c| c.kind == Kind::Joint) {
+        let joint = of.is_some_and(|c| matches!(c.kind, Kind::Joint(_)));
+        if joint && self.joint_moves.known(command).is_none() {
             self.end_run(None);
             self.joints = None;
             self.moments.clear();
@@ -224,11 +255,14 @@ impl<'a> Following<'a> {
             self.end_run(None);
             return;
         };
-        let values = Values::of(near, external);
-        let flange = cell.base_from_flange(tip, &values);
-        let joints = match cell.arm.onward(flange, &near) {
-            Ok(joints) => joints,
-            Err(why) => return self.lose(tip, command, Why::Unreachable(why)),
+        let joints = if let Some(values) = alone {
+            values.arm
+        } else {
+            let flange = cell.base_from_flange(tip, &Values::of(near, external));
+            match cell.arm.onward(flange, &near) {
+                Ok(joints) => joints,
+                Err(why) => return self.lose(tip, command, Why::Unreachable(why)),
+            }
         };
         let jumped = (0..6).any(|i| (joints[i] - near[i]).abs() > JUMP);
         if jumped && !self.moments.is_empty() {
@@ -248,7 +282,7 @@ impl<'a> Following<'a> {
         if self.moments.len() > 4 {
             self.moments.remove(0);
         }
-        self.near_limits(cell.arm.margin(joints));
+        self.near_limits(cell.arm.margin(joints), alone.is_some());
         self.judge();
     }
 
@@ -325,14 +359,15 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Looks at the way to the newest moment, whose joints keep `margin` rad from their limits.
-    fn near_limits(&mut self, (margin, joint): (f64, usize)) {
+    /// Looks at the way to the newest moment, whose joints keep `margin` rad from their limits. Of a joint move `alone` the averages lie
+    /// between its ends: it is nowhere nearer to a limit than there.
+    fn near_limits(&mut self, (margin, joint): (f64, usize), alone: bool) {
         let Some(here) = self.moments.last() else {
             return;
         };
         // a parabola leaves its chord by an eighth of its second difference: twice that
         let bend = match &self.moments[..] {
-            [.., a, b, c] => {
+            [.., a, b, c] if !alone => {
                 let second = (0..6).map(|i| (c.axes[i] - 2.0 * b.axes[i] + a.axes[i]).abs());
                 second.fold(0.0, f64::max)
             }
@@ -421,6 +456,7 @@ impl MotionSink for Following<'_> {
     fn block(&mut self, block: &MotionBlock) {
         for (i, &position) in block.position.iter().enumerate() {
             let Rider { across, carried } = self.riders.next_sample();
+            let lacks = self.joint_moves.next_sample();
             self.count += 1;
             if !(self.count - 1).is_multiple_of(EVERY) {
                 continue;
@@ -428,11 +464,13 @@ impl MotionSink for Following<'_> {
             let axis = block.axis.get(i).copied().unwrap_or(DVec3::Z);
             let tip = Pose {
                 position,
-                orientation: frame(axis, across),
+                orientation: frame(axis, across + lacks.map_or(DVec3::ZERO, |l| l.across)),
             };
             let command = block.command.get(i).copied().unwrap_or(0);
             let speed = block.speed.get(i).copied().unwrap_or(0.0);
-            self.place(tip, External(carried.to_array()), (command, speed));
+            let external = External(carried.to_array());
+            let alone = lacks.and_then(|lacks: Lacks| lacks.alone);
+            self.place((tip, external), alone, (command, speed));
         }
     }
 }

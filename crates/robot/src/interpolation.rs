@@ -3,6 +3,7 @@
 pub mod corner;
 pub mod fir;
 mod history;
+pub mod joints;
 pub mod riders;
 mod timeline;
 mod track;

@@ -7,6 +7,7 @@ pub mod command;
 pub mod controller;
 pub mod driven;
 pub mod interpolation;
+pub mod joint_move;
 pub mod kinematics;
 pub mod pacing;
 pub mod posture;

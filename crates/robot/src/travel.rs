@@ -15,6 +15,8 @@ const NOTHING: f64 = 1e-9;
 pub struct LeastTime {
     /// The time, s.
     pub time: f64,
+    /// The same at the greatest speeds all along, s.
+    pub steady: f64,
     /// The axis that needs most of it: joints of the arm from 0, then the track and the axes of the positioner.
     pub axis: usize,
     /// Whether the accelerations of all axes that move are known and counted.
@@ -53,6 +55,7 @@ pub fn least_time(
     let times = pieces.iter().zip(speeds.windows(2));
     Some(LeastTime {
         time: times.map(|(p, s)| p.time([s[0], s[1]])).sum(),
+        steady: pieces.iter().map(|p| p.length).sum(),
         axis: longest.slowest,
         accelerated: pieces.iter().all(|p| !p.untold),
     })

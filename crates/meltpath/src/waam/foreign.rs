@@ -99,7 +99,7 @@ pub fn simulate_program(
     observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
-    facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(own.iter().flat_map(|own| own.told.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));

@@ -24,6 +24,7 @@ use meltpath_robot::cell::External;
 use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_robot::driven::Driven;
+use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::pacing::Pacing;
 use meltpath_robot::posture::Change;
 use meltpath_robot::travel::LeastTime;
@@ -283,6 +284,8 @@ pub struct Commands {
     pub divided: Vec<Division>,
     /// Travels that take longer than they are programmed, as an axis goes no faster: their speeds are set so.
     pub slowed: Vec<Slowed>,
+    /// Joint moves whose axes are known at both ends, in order: their commands say how they look.
+    pub joint_moves: Vec<JointMove>,
     /// The axes of the job's robot along the motion, and the pace that they leave it; nothing where they were not followed.
     pub driven: Option<Driven>,
     /// Lines that shape metal and were not simulated.
@@ -407,6 +410,7 @@ pub fn commands(
         over: Vec::new(),
         divided: Vec::new(),
         slowed: Vec::new(),
+        joint_moves: Vec::new(),
         driven: None,
         arc_length,
         gaps: reading.gaps,
@@ -454,7 +458,7 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
     let kind = match (pass.move_at(i), control.way) {
         (Move::Spot { time }, _) => Kind::Wait { time },
         (Move::Arc { via }, _) => Kind::Arc { via },
-        (Move::Line, Way::Joint) => Kind::Joint,
+        (Move::Line, Way::Joint) => Kind::Joint(None),
         (Move::Line, Way::Path) => Kind::Line,
     };
     let to = tool(pass, i + 1);

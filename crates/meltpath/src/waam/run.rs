@@ -126,7 +126,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(fixed_torch_check(settings));
     let mut facts = build_facts(&simulation, settings);
-    facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(turned.map(|t| t.fact()));
     facts.extend(plan_facts(&plan, settings));
     facts.extend(foretold.chosen);

@@ -142,8 +142,9 @@ fn same(a: &Verdict, b: &Verdict) {
         assert_eq!((&a.id, a.status), (&b.id, b.status), "{a:?} {b:?}");
         let value = |c: &meltpath_base::Check| c.value.as_ref().map_or(0.0, |v| v.value);
         let (x, y) = (value(a), value(b));
-        // a column more or less at an edge, by the rounding of places, is 0.1 % of what is uneven
-        assert!((x - y).abs() <= 3e-3 * x.abs().max(1.0), "{a:?} {b:?}");
+        // a column more or less at an edge, by the rounding of places, is 0.1 % of what is uneven, and moves a percentile of few columns by 1 %
+        let digits = if a.id == "flatness" { 2e-2 } else { 3e-3 };
+        assert!((x - y).abs() <= digits * x.abs().max(1.0), "{a:?} {b:?}");
     }
 }
 

@@ -49,7 +49,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 /// A job for a controller and a robot, and its folder, after which programs are called.
-fn job_for(folder: &Path, dialect: &str, robot: &str) -> (PathBuf, PathBuf) {
+pub(crate) fn job_for(folder: &Path, dialect: &str, robot: &str) -> (PathBuf, PathBuf) {
     let home = folder.join("job");
     std::fs::create_dir(&home).unwrap();
     std::fs::write(home.join("cell.toml"), cell(dialect)).unwrap();

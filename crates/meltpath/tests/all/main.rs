@@ -18,6 +18,7 @@ mod foretold;
 mod free_axes;
 mod health;
 mod identify;
+mod joint_moves;
 mod leaning;
 mod lpbf;
 mod names;

@@ -71,6 +71,8 @@ fn woven_wall(
     );
     let woven: Vec<u32> = (0..commands.len()).map(|c| u32::from(c % 4 == 2)).collect();
     let build = Build {
+        cell: None,
+        joint_moves: &[],
         start: Pose::at(commands[0].target),
         commands: &commands,
         layer_of_command,

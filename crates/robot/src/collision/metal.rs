@@ -103,8 +103,7 @@ impl Metal {
         if least >= most || level == 0 {
             return most.min(least);
         }
-        // the nearest first: the others are then often too far
-        let mut children = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
+        let child = |x: usize, y: usize| {
             let place = (2 * ix + x, 2 * iy + y);
             let column = self.column(level - 1, place, foot);
             let least = column.map_or(f64::INFINITY, |bounds| match bounds.at_least_to(segment) {
@@ -112,7 +111,9 @@ impl Metal {
                 _ => bounds.to_segment(segment),
             });
             (place, least)
-        });
+        };
+        // the nearest first: the others are then often too far
+        let mut children = [child(0, 0), child(1, 0), child(0, 1), child(1, 1)];
         children.sort_by(|a, b| a.1.total_cmp(&b.1));
         children.into_iter().fold(most, |most, (place, least)| {
             self.below((segment, foot), most, level - 1, place, least)

@@ -7,7 +7,7 @@
 use meltpath_geometry::math::DVec3;
 
 use super::bodies::{Body, Capsule};
-use crate::cell::{Arrangement, Cell};
+use crate::cell::{AXES, Arrangement, Cell, Values};
 use crate::posture::Stretch;
 
 /// How far a body goes.
@@ -47,7 +47,7 @@ enum Axis {
 }
 
 /// The greatest levers of a cell, whatever its joints.
-pub(super) struct Reach {
+pub(crate) struct Reach {
     arrangement: Arrangement,
     /// Of the torch and of each link, in the base.
     torch: Levers,
@@ -107,6 +107,14 @@ impl Reach {
         }
     }
 
+    /// How far the wire's tip may leave its chord in the part where every axis goes evenly from one place to another, mm, and how far the
+    /// torch's turn may leave an even one, rad.
+    pub(crate) fn tip(cell: &Cell, ends: [Values; 2]) -> [f64; 2] {
+        let reach = Reach::of(cell, cell.torch_from_wire_tip.position.length());
+        let (levers, steps) = (&reach.torch_in_part, steps(ends));
+        [levers.bend(&steps, 0.0), levers.turn_bend(&steps)]
+    }
+
     /// How far bodies go from one place to the next.
     pub(super) fn motion(
         &self,
@@ -115,6 +123,7 @@ impl Reach {
         now: &[Capsule],
     ) -> BodiesGone {
         let [from, to] = stretch.ends;
+        let steps = steps(stretch.ends.map(|end| Values::of(end.joints, end.external)));
         let of_torch = |body| match (body, self.arrangement) {
             (Body::Nozzle | Body::Torch, _) => true,
             (body, Arrangement::TorchOnRobot) => body == Body::Link(6),
@@ -128,7 +137,7 @@ impl Reach {
                         .max(b.line.b.distance(from.tip.position));
                     tip + lever * turn * turn / 8.0
                 }
-                _ => self.levers(b.body, true).bend(stretch),
+                _ => self.levers(b.body, true).bend(&steps, stretch.bend),
             };
             Gone {
                 chord: b.line.gone(&n.line),
@@ -137,7 +146,7 @@ impl Reach {
         });
         let in_base = before.iter().zip(now).map(|(b, n)| Gone {
             chord: b.in_base.gone(&n.in_base),
-            bend: self.levers(b.body, false).bend(stretch),
+            bend: self.levers(b.body, false).bend(&steps, stretch.bend),
         });
         BodiesGone {
             in_part: in_part.collect(),
@@ -189,27 +198,49 @@ impl Levers {
         )
     }
 
-    /// How far a body leaves its chord, mm.
-    fn bend(&self, stretch: &Stretch<'_>) -> f64 {
-        let [from, to] = stretch.ends;
+    /// How far a body leaves its chord where the axes go such steps and the arm's joints bend so far, mm.
+    fn bend(&self, steps: &[f64; AXES], joints: f64) -> f64 {
         let (mut bend, mut turned) = (0.0, 0.0);
         for (axis, lever) in &self.0 {
-            let external = |i: usize| (to.external.0[i] - from.external.0[i]).abs();
             match axis {
-                Axis::Track => bend += lever * external(0) * 2.0 * turned / 8.0,
+                Axis::Track => bend += lever * steps[6] * 2.0 * turned / 8.0,
                 Axis::Positioner(i) => {
-                    let step = external(1 + i);
+                    let step = steps[7 + i];
                     bend += lever * step * (step + 2.0 * turned) / 8.0;
                     turned += step;
                 }
                 Axis::Arm(i) => {
                     // a joint that bends goes faster than its step somewhere
-                    let step = (to.joints[*i] - from.joints[*i]).abs() + 4.0 * stretch.bend;
-                    bend += lever * (step * (step + 2.0 * turned) / 8.0 + stretch.bend);
+                    let step = steps[*i] + 4.0 * joints;
+                    bend += lever * (step * (step + 2.0 * turned) / 8.0 + joints);
                     turned += step;
                 }
             }
         }
         bend
     }
+
+    /// How far a frame's turn leaves an even one where the axes go such steps, rad.
+    fn turn_bend(&self, steps: &[f64; AXES]) -> f64 {
+        let (mut bend, mut turned) = (0.0, 0.0);
+        for (axis, _) in &self.0 {
+            let step = match axis {
+                Axis::Track => continue,
+                Axis::Positioner(i) => steps[7 + i],
+                Axis::Arm(i) => steps[*i],
+            };
+            bend += step * turned / 8.0;
+            turned += step;
+        }
+        bend
+    }
+}
+
+/// How far each axis goes, rad or mm.
+fn steps([from, to]: [Values; 2]) -> [f64; AXES] {
+    let [a, b] = [from.external().0, to.external().0];
+    std::array::from_fn(|i| match i.checked_sub(6) {
+        None => (to.arm[i] - from.arm[i]).abs(),
+        Some(axis) => (b[axis] - a[axis]).abs(),
+    })
 }

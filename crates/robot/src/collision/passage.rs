@@ -19,8 +19,8 @@ use crate::posture::{Follower, Held, NotHeld, Place, Stretch, Task};
 const HALVINGS: u32 = 16;
 
 /// Greatest step of a joint between places of a joint move, rad, and of the track, mm.
-const JOINT_STEP: f64 = 0.1;
-const TRACK_STEP: f64 = 20.0;
+const JOINT_STEP: f64 = 0.01;
+const TRACK_STEP: f64 = 10.0;
 
 /// What is wanted of a way.
 pub(super) trait Look {

@@ -31,7 +31,7 @@ const REACH: usize = 256;
 /// Turns of the tool below this are rounding, rad.
 const SAME_ORIENTATION: f64 = 1e-7;
 
-/// The path of a command from the previous target.
+/// The path of a command from the previous target; of a joint move its chord ([`crate::interpolation::joints`] bends it).
 pub(crate) fn shape(from: DVec3, command: &Command) -> Shape {
     let straight = || {
         let along = command.target - from;
@@ -43,7 +43,7 @@ pub(crate) fn shape(from: DVec3, command: &Command) -> Shape {
     };
     match command.kind {
         Kind::Wait { .. } => Shape::Hold(from),
-        Kind::Line | Kind::Joint => straight(),
+        Kind::Line | Kind::Joint(_) => straight(),
         Kind::Arc { via } => meltpath_geometry::arc::Arc::through(from, via, command.target)
             .map_or_else(straight, Shape::Arc),
     }
@@ -53,6 +53,17 @@ pub(crate) fn shape(from: DVec3, command: &Command) -> Shape {
 pub(crate) fn turning(from: DQuat, to: DQuat) -> f64 {
     let angle = from.angle_between(to);
     if angle < SAME_ORIENTATION { 0.0 } else { angle }
+}
+
+/// Length of the tip's way, mm, and its directions at both ends; nothing where the tip stays.
+fn way(shape: &Shape, command: &Command) -> Option<(f64, [DVec3; 2])> {
+    match command.kind.course() {
+        Some(course) => (course.length > 0.0).then_some((course.length, course.directions)),
+        None => Some((
+            shape.length(),
+            [shape.start_tangent()?, shape.end_tangent()?],
+        )),
+    }
 }
 
 /// One or several moves taken together, between two vertices.
@@ -211,19 +222,20 @@ pub fn dwells(
             continue;
         }
         let shape = shape(from, command);
-        let turns = turning(turned_from, command.orientation) > 0.0;
+        let moves = command.kind.course().is_some_and(|c| c.time > 0.0);
+        let turns = moves || turning(turned_from, command.orientation) > 0.0;
         let ends = match command.smoothing {
             Smoothing::Fine => true,
             Smoothing::Cnt(share) => share <= 0.0,
         };
-        if let (Some(first), Some(last)) = (shape.start_tangent(), shape.end_tangent()) {
+        if let Some((length, [first, last])) = way(&shape, command) {
             let leg = Leg {
                 end: k,
-                length: shape.length(),
+                length,
                 vector: command.target - from,
                 first,
                 last,
-                curved: matches!(shape, Shape::Arc(_)),
+                curved: matches!(shape, Shape::Arc(_)) || command.kind.course().is_some(),
             };
             merge(&mut chain.legs, leg, shortest);
             stopped = false;

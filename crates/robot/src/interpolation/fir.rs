@@ -150,6 +150,11 @@ fn check(start: Pose, commands: &[Command]) -> Result<(), MotionError> {
                 return fail("the speed", c.speed, "positive and finite (mm/s)");
             }
         }
+        if let Some(course) = c.kind.course()
+            && !(course.time >= 0.0 && course.time.is_finite())
+        {
+            return fail("the time of the joint move", course.time, "a finite time");
+        }
         if let Kind::Arc { via } = c.kind
             && !via.is_finite()
         {
@@ -309,7 +314,7 @@ impl<'a> Run<'a> {
         if let Some(step) = self.step.take() {
             self.place = match self.commands[step.index].kind {
                 Kind::Wait { .. } => self.place,
-                Kind::Line | Kind::Arc { .. } | Kind::Joint => self.commands[step.index].target,
+                Kind::Line | Kind::Arc { .. } | Kind::Joint(_) => self.commands[step.index].target,
             };
 
             self.axis = match step.axis {

@@ -149,7 +149,7 @@ impl<'a> Riders<'a> {
 }
 
 /// The way of a tool's x axis from one orientation to another: it turns about the axis of the rotation between them.
-fn across(from: DQuat, to: DQuat) -> Shape {
+pub(super) fn across(from: DQuat, to: DQuat) -> Shape {
     let mut between = to * from.inverse();
     if between.w < 0.0 {
         between = -between;

@@ -85,7 +85,10 @@ impl Iterator for Timeline<'_> {
             }
             self.position = command.target;
             self.orientation = command.orientation;
-            (position.length() / command.speed).max(angle / self.rotation_speed)
+            match command.kind.course() {
+                Some(course) => course.time,
+                None => (position.length() / command.speed).max(angle / self.rotation_speed),
+            }
         };
         self.resting &= duration == 0.0 || matches!(command.kind, Kind::Wait { .. });
         let pulse_end = begin + duration;
@@ -132,6 +135,11 @@ impl Piece {
             end: step.pulse_end,
             rate: if duration > 0.0 { 1.0 / duration } else { 0.0 },
         }
+    }
+
+    /// Where it begins, s.
+    pub(crate) fn begin(&self) -> f64 {
+        self.begin
     }
 
     /// Rest at a point until `end` s.

@@ -72,6 +72,15 @@ impl Shape {
         }
     }
 
+    /// The place at a share of the piece.
+    pub(crate) fn at(&self, share: f64) -> DVec3 {
+        match self {
+            Shape::Hold(place) => *place,
+            Shape::Line { from, along } => from + along * share,
+            Shape::Arc(arc) => arc.at(share),
+        }
+    }
+
     /// Length, mm.
     pub(crate) fn length(&self) -> f64 {
         match self {

@@ -261,7 +261,7 @@ pub(super) fn chains(task: &Task<'_>) -> Vec<Chain> {
         };
         match command.kind {
             Kind::Wait { .. } => continue,
-            Kind::Joint => chains.push(begun(Some(command.id), to, stands)),
+            Kind::Joint(_) => chains.push(begun(Some(command.id), to, stands)),
             Kind::Line => add(&mut chains, command, (here, to), axes, None),
             Kind::Arc { via } => match Arc::through(here.position, via, to.position) {
                 None => add(&mut chains, command, (here, to), axes, None),

@@ -76,7 +76,7 @@ fn square(at: DVec3, speed: f64) -> (Pose, Vec<Command>) {
 fn driven(cell: &Cell, (start, commands): &(Pose, Vec<Command>)) -> Driven {
     let task = task(cell, *start, commands);
     let held = hold(&task, &Silent).unwrap();
-    drive(&task, &held, &controller(), (&[], &[]), &Silent).unwrap()
+    drive(&task, &held, &[], &controller(), (&[], &[]), &Silent).unwrap()
 }
 
 /// What is bounded between samples 4 ms apart is no less than what samples a sixteenth as far apart show, and little more.
@@ -164,7 +164,7 @@ fn a_table_that_turns_counts() {
         ..task(&cell, down(at), &commands)
     };
     let held = hold(&task, &Silent).unwrap();
-    let found = drive(&task, &held, &controller(), (&[], &[]), &Silent).unwrap();
+    let found = drive(&task, &held, &[], &controller(), (&[], &[]), &Silent).unwrap();
     let speed = found.speed.unwrap().most;
     assert_eq!(speed.joint, 8);
     assert!((speed.value - 0.1 / 0.08).abs() < 1e-3, "{speed:?}");

@@ -9,6 +9,7 @@
 mod collision;
 mod driven;
 mod external;
+mod joint_moves;
 mod kinematics;
 mod motion;
 mod posture;

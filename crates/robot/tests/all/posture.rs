@@ -315,7 +315,7 @@ fn arcs_and_joint_moves_are_followed() {
     commands[0].kind = Kind::Arc {
         via: DVec3::new(0.0, 50.0, 0.0),
     };
-    commands[1].kind = Kind::Joint;
+    commands[1].kind = Kind::Joint(None);
     let program = (start, commands);
     let held = held(&cell, &program, Rotation::Free).unwrap();
     assert_eq!(held, self::held(&cell, &program, Rotation::Free).unwrap());

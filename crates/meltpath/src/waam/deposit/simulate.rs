@@ -9,10 +9,13 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::raster::Mask;
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, SceneError};
+use meltpath_robot::cell::Cell;
 use meltpath_robot::collision::Metal;
 use meltpath_robot::command::Command;
 use meltpath_robot::controller::Controller;
-use meltpath_robot::interpolation::fir::{self, MotionError};
+use meltpath_robot::interpolation::fir::MotionError;
+use meltpath_robot::interpolation::joints::{self, Along};
+use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::pacing::Pacing;
 use meltpath_robot::summary::Summary;
 use meltpath_robot::weave::Weaving;
@@ -60,6 +63,10 @@ pub struct Build<'a> {
     pub start: Pose,
     /// The commands, numbered by their position.
     pub commands: &'a [Command],
+    /// The cell that drives them, where the job names a robot.
+    pub cell: Option<&'a Cell>,
+    /// Joint moves whose axes are known at both ends.
+    pub joint_moves: &'a [JointMove],
     /// The layer of each command; 0 for none.
     pub layer_of_command: Vec<u32>,
     /// The bead of each command, counted from 1 in its layer; empty where nobody asks.
@@ -97,6 +104,8 @@ impl<'a> Build<'a> {
         Build {
             start: commands.start,
             commands: &commands.commands,
+            cell: settings.robot.as_ref(),
+            joint_moves: &commands.joint_moves,
             layer_of_command: commands.layer_of_command.clone(),
             bead_of_command: &commands.bead_of_command,
             weave_of_command: &commands.weave_of_command,
@@ -205,7 +214,6 @@ pub fn simulate(
             trouble = Some(e);
         }
     };
-    let dt = build.controller.sampling();
     let mut recorder = Recorder::default();
     let mut deposition = Deposition::new(build.map, build.bead, build.pool, build.settings)?
         .with_layers(build.layer_of_command)
@@ -223,14 +231,13 @@ pub fn simulate(
         &mut weaving
     };
     observer.stage("machine motion and metal", build.commands.len() as u64);
-    let summary = fir::simulate(
-        build.start,
-        build.commands,
-        build.controller,
-        dt,
-        observer,
-        sink,
-    )?;
+    let along = Along {
+        cell: build.cell,
+        moves: build.joint_moves,
+        start: build.start,
+        commands: build.commands,
+    };
+    let summary = joints::simulate(&along, build.controller, observer, sink)?;
     let summary = build.pacing.summary(summary, build.commands);
     let deposit = deposition.finish();
     if let Some(e) = trouble {

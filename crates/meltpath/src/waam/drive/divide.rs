@@ -65,7 +65,7 @@ fn length(moves: &Commands, i: usize) -> f64 {
     };
     match command.kind {
         Kind::Wait { .. } => 0.0,
-        Kind::Line | Kind::Joint => from.distance(command.target),
+        Kind::Line | Kind::Joint(_) => from.distance(command.target),
         Kind::Arc { via } => match Arc::through(from, via, command.target) {
             Some(arc) => arc.length(),
             None => from.distance(command.target),

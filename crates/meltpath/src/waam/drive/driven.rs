@@ -21,8 +21,18 @@ pub(in crate::waam) fn along(
     (settings, observer): (&Settings, &dyn Observer),
 ) -> Option<Driven> {
     let weaves = (&moves.weaves[..], &moves.weave_of_command[..]);
-    let drive =
-        |task: &Task<'_>| drive(task, held, &settings.controller, weaves, &Quiet(observer)).ok();
+    let drive = |task: &Task<'_>| {
+        let (joint_moves, controller) = (&moves.joint_moves, &settings.controller);
+        drive(
+            task,
+            held,
+            joint_moves,
+            controller,
+            weaves,
+            &Quiet(observer),
+        )
+        .ok()
+    };
     if settings.cell.motion.is_some() {
         return drive(task);
     }

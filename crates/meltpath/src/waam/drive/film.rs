@@ -1,6 +1,7 @@
 //! The cell at every moment of a build: the ways of the axes joined with the time of the simulated motion.
 
 use meltpath_robot::cell::{Cell, Values};
+use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::posture::{Follower, Held, NotHeld, Task};
 use meltpath_robot::summary::CommandRecord;
 
@@ -54,22 +55,35 @@ pub(crate) struct Moment {
     pub(crate) values: Values,
 }
 
-/// The places of a held program, in order.
+/// The places of a held program, in order, and its joint moves: each chord of their tip's way ends at a place.
 ///
 /// # Errors
 /// [`NotHeld`] where no continuation leads on.
-pub(in crate::waam) fn steps(task: &Task<'_>, held: &Held) -> Result<Vec<Step>, NotHeld> {
-    let mut steps = Vec::new();
+pub(in crate::waam) fn steps(
+    task: &Task<'_>,
+    held: &Held,
+) -> Result<(Vec<Step>, Vec<JointMove>), NotHeld> {
+    let (mut steps, mut joint_moves) = (Vec::<Step>::new(), Vec::new());
     for chain in &held.chains {
         let mut follower = Follower::new(task, chain);
+        let mut leads_here = chain.first;
         while let Some(sample) = follower.next_sample()? {
-            steps.push(Step {
-                command: sample.command,
-                values: Values::of(sample.joints, sample.external),
-            });
+            let values = Values::of(sample.joints, sample.external);
+            if let (Some(command), Some(before)) = (leads_here.take(), steps.last()) {
+                let joint_move = JointMove {
+                    command,
+                    ends: [before.values, values],
+                };
+                let places = joint_move.places(task.cell);
+                steps.extend(places.map(|values| Step { command, values }));
+                joint_moves.push(joint_move);
+            } else {
+                let command = sample.command;
+                steps.push(Step { command, values });
+            }
         }
     }
-    Ok(steps)
+    Ok((steps, joint_moves))
 }
 
 /// Every step with the time when it is reached, s, in order: the steps of a move share its time evenly, as they lie evenly along it. The

@@ -510,7 +510,7 @@ pub(in crate::waam) fn named(
     let joint = moves
         .commands
         .iter()
-        .filter(|c| matches!(c.kind, meltpath_robot::Kind::Joint));
+        .filter(|c| matches!(c.kind, Kind::Joint(_)));
     let start = (None, moves.start);
     let rest = cell.at_rest().external();
     let ends = joint.map(|c| {

@@ -8,6 +8,7 @@ use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::command::Kind;
 use meltpath_robot::driven::Driven;
+use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
 
@@ -18,6 +19,7 @@ use crate::waam::drive::film::{self, Film, Step};
 use crate::waam::drive::hold::{
     Positions, ends, followed, metal_at, named, stance, task, written_stance,
 };
+use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
 use crate::waam::drive::travels;
@@ -38,6 +40,8 @@ pub(crate) struct Along {
     changes: Vec<(u32, [Stance; 2])>,
     /// Its axes along the real motion; nothing where they were not followed.
     driven: Option<Driven>,
+    /// Joint moves of whose end the program does not say how the arm stands.
+    unsaid: Vec<u32>,
     /// The way of the axes.
     steps: Vec<Step>,
 }
@@ -57,6 +61,8 @@ pub(in crate::waam) fn along(
     let named = named(&positions, &mut programs, moves, cell);
     let task = task(cell, moves, Rotation::Written, &named);
     Some(hold(&task, observer).and_then(|held| {
+        let (steps, joint_moves) = film::steps(&task, &held)?;
+        let said = |joint: &&JointMove| !named.contains_key(&Some(joint.command));
         let closest = swept(&task, &held, moves, settings, metal).transpose()?;
         let mut along = Along {
             margins: held.margins,
@@ -65,7 +71,8 @@ pub(in crate::waam) fn along(
             differing: None,
             changes: Vec::new(),
             driven: driven::told(moves, settings),
-            steps: film::steps(&task, &held)?,
+            unsaid: joint_moves.iter().filter(said).map(|m| m.command).collect(),
+            steps,
         };
         let mut before = None;
         for reached in ends(&task, &held)? {
@@ -257,6 +264,7 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
         _ => check,
     };
     let check = swung(check, worst.distance - settings.limits.clearance, moves);
+    let check = unsaid(check, &along.unsaid, moves);
     let check = match cell.shapes.as_ref().and_then(|s| s.table) {
         Some(_) => check,
         None => check.because("the table is not checked: shapes.table is not written"),
@@ -280,6 +288,23 @@ fn swung(check: Check, room: f64, moves: &Commands) -> Check {
     .because(&format!(
         "the torch swings {swing:.1} mm beside the path that is followed, farther than there is room beyond the limit"
     ))
+}
+
+/// Nothing passes on joint moves that may end another way than is taken here: the arm then sweeps elsewhere.
+fn unsaid(check: Check, unsaid: &[u32], moves: &Commands) -> Check {
+    let Some(first) = unsaid.first().filter(|_| check.status == Status::Pass) else {
+        return check;
+    };
+    let (program, line) = joint_moves::line(*first, moves);
+    Check {
+        status: Status::CannotSay,
+        ..check
+    }
+    .because(&format!(
+        "how the arm stands at the end of joint moves is not said: {}, first in program {program}, line {line}; what was checked leads to a way that was chosen here",
+        unsaid.len()
+    ))
+    .remedy("touch up the position at the controller, so that it carries a configuration")
 }
 
 fn pair(closest: &Closest) -> String {
@@ -394,7 +419,7 @@ fn why(not: &NotHeld) -> (String, String) {
 fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
     let joint = |command: u32| {
         let command = moves.commands.get(command as usize);
-        command.is_some_and(|c| c.kind == Kind::Joint)
+        command.is_some_and(|c| matches!(c.kind, Kind::Joint(_)))
     };
     let seen = along.changes.iter().map(|c| c.0).filter(|c| joint(*c));
     let all: BTreeSet<u32> = seen.chain(moves.over.iter().map(|o| o.command)).collect();
@@ -429,9 +454,11 @@ fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
 pub(in crate::waam) fn facts(
     along: Option<&Result<Along, NotHeld>>,
     moves: &Commands,
+    settings: &Settings,
 ) -> Vec<Fact> {
+    let joint_moves = joint_moves::fact(moves, settings);
     let Some(Ok(along)) = along else {
-        return Vec::new();
+        return joint_moves.into_iter().collect();
     };
     let m = &along.margins;
     let angle =
@@ -462,6 +489,7 @@ pub(in crate::waam) fn facts(
     .chain(clearances(along, moves))
     .chain(division::fact(&moves.divided))
     .chain(way_changes(along, moves))
+    .chain(joint_moves)
     .chain(travels::fact(moves))
     .chain(driven::fact(moves))
     .collect()

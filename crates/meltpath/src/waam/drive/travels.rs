@@ -2,12 +2,9 @@
 //! the motion is as slow as its axes are there.
 
 use meltpath_base::{Fact, Measure, Observer, Quiet};
-use meltpath_geometry::math::DVec3;
 use meltpath_programs::{Dialect, Program};
 use meltpath_robot::cell::{Cell, Values};
-use meltpath_robot::command::{Command, Kind, Smoothing, Source};
-use meltpath_robot::controller::Controller;
-use meltpath_robot::interpolation::corner::dwells;
+use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::{Rotation, hold};
 use meltpath_robot::travel::{LeastTime, least_time};
 
@@ -15,11 +12,11 @@ use crate::waam::drive::axes::axis;
 use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Step};
 use crate::waam::drive::hold::{Positions, followed, named, task};
+use crate::waam::drive::joint_moves;
+use crate::waam::drive::times::{Times, longer};
 use crate::waam::program::{self, Commands, Slowed};
 use crate::waam::settings::Settings;
 
-/// Times closer than this are one, s.
-const SAME: f64 = 0.05;
 /// Moves shorter than this have no speed to set, mm.
 const NOWHERE: f64 = 1e-3;
 
@@ -41,25 +38,23 @@ pub(in crate::waam) fn pace(
         let task = task(cell, moves, Rotation::Written, &named);
         hold(&task, &Quiet(observer)).and_then(|held| Ok((film::steps(&task, &held)?, held)))
     };
-    let Ok((steps, held)) = held else { return };
-    slow_travels(&programs, &steps, (cell, moves), settings);
+    let Ok(((steps, joint_moves), held)) = held else {
+        return;
+    };
+    // of RAPID a joint move has the speed of the tool; of others a share of what the joints can do
+    let full = match program::spoken(&programs) {
+        Dialect::Rapid => None,
+        _ => Some(settings.controller.joint_speed.value.0),
+    };
+    joint_moves::follow(joint_moves, full, (cell, moves), &settings.controller);
+    slow_travels(&steps, (cell, moves), settings);
     let task = task(cell, moves, Rotation::Written, &named);
     moves.driven = driven::along(&task, &held, moves, (settings, observer));
 }
 
-/// Drives travels as slowly as their slowest axis.
-fn slow_travels(
-    programs: &[Program],
-    steps: &[Step],
-    (cell, moves): (&Cell, &mut Commands),
-    settings: &Settings,
-) {
+/// Drives straight travels as slowly as their slowest axis.
+fn slow_travels(steps: &[Step], (cell, moves): (&Cell, &mut Commands), settings: &Settings) {
     let times = Times::of(moves, &settings.controller);
-    // of RAPID a joint move has the speed of the tool; of others a share of what the joints can do
-    let full = match program::spoken(programs) {
-        Dialect::Rapid => None,
-        _ => Some(settings.controller.joint_speed.value.0),
-    };
     let mut before: Option<Values> = None;
     for of_move in steps.chunk_by(|a, b| a.command == b.command) {
         let from = before;
@@ -67,7 +62,7 @@ fn slow_travels(
         let (Some(from), Some(command)) = (from, of_move.first().map(|s| s.command)) else {
             continue;
         };
-        let Some(slowed) = slowed((cell, full), moves, &times, (command, from, of_move)) else {
+        let Some(slowed) = slowed(cell, moves, &times, (command, from, of_move)) else {
             continue;
         };
         moves.slowed.push(slowed);
@@ -80,116 +75,24 @@ fn slow_travels(
     }
 }
 
-/// What a travel needs more than the tool alone; nothing where it does not. `full` is the tool's speed in a joint move at 100 %.
+/// What a travel needs more than the tool alone; nothing where it does not.
 fn slowed(
-    (cell, full): (&Cell, Option<f64>),
+    cell: &Cell,
     moves: &Commands,
     times: &Times,
     (number, from, steps): (u32, Values, &[Step]),
 ) -> Option<Slowed> {
     let command = moves.commands.get(number as usize)?;
-    if command.source != Source::Off || matches!(command.kind, Kind::Wait { .. }) {
+    let straight = matches!(command.kind, Kind::Line | Kind::Arc { .. });
+    if command.source != Source::Off || !straight {
         return None;
     }
     let places: Vec<Values> = std::iter::once(from)
         .chain(steps.iter().map(|s| s.values))
         .collect();
-    let share = match (command.kind, full) {
-        (Kind::Joint, Some(full)) => (command.speed / full).min(1.0),
-        _ => 1.0,
-    };
-    let least = least_time(cell, &places, times.rests(number), share)?;
+    let least = least_time(cell, &places, times.rests(number), 1.0)?;
     let programmed = times.time(number);
-    (least.time - programmed > SAME).then_some(Slowed {
-        command: number,
-        least,
-        programmed,
-    })
-}
-
-/// How long each move takes the tool, from the passage before it to its own.
-struct Times {
-    ways: Vec<f64>,
-    taken: Vec<f64>,
-    /// Whether the tool rests at the end of each move.
-    rests: Vec<bool>,
-}
-
-impl Times {
-    fn of(moves: &Commands, controller: &Controller) -> Self {
-        let start = moves.start;
-        let dwells = dwells(
-            start.position,
-            start.orientation,
-            &moves.commands,
-            controller,
-        );
-        let transition = controller.transition();
-        let mut times = Times {
-            ways: Vec::with_capacity(dwells.len()),
-            taken: Vec::with_capacity(dwells.len()),
-            rests: Vec::with_capacity(dwells.len()),
-        };
-        let (mut here, mut turned, mut begin) = (start.position, start.orientation, 0.0);
-        for (command, dwell) in moves.commands.iter().zip(dwells) {
-            let rests = dwell >= transition || stops(command);
-            let (way, time) = if let Kind::Wait { time } = command.kind {
-                (0.0, time)
-            } else {
-                let way = length(here, command);
-                let turn = turned.angle_between(command.orientation);
-                (here, turned) = (command.target, command.orientation);
-                let speed = controller.rotation_speed.value.0;
-                (way, (way / command.speed).max(turn / speed))
-            };
-            // the passage is the end of a stop, else the middle of the transition
-            let end = if rests {
-                dwell
-            } else {
-                0.5 * (transition + dwell)
-            };
-            times.ways.push(way);
-            times.taken.push(begin + time + end);
-            times.rests.push(rests);
-            begin = if rests {
-                0.0
-            } else {
-                0.5 * (dwell - transition)
-            };
-        }
-        times
-    }
-
-    fn way(&self, command: u32) -> f64 {
-        self.ways.get(command as usize).copied().unwrap_or(0.0)
-    }
-
-    fn time(&self, command: u32) -> f64 {
-        self.taken.get(command as usize).copied().unwrap_or(0.0)
-    }
-
-    /// Whether the tool rests where a move begins and ends.
-    fn rests(&self, command: u32) -> [bool; 2] {
-        let at = |i: usize| self.rests.get(i).copied().unwrap_or(true);
-        let i = command as usize;
-        [i.checked_sub(1).is_none_or(at), at(i)]
-    }
-}
-
-/// Whether the tool stands at the end of a command.
-fn stops(command: &Command) -> bool {
-    match (command.kind, command.smoothing) {
-        (Kind::Wait { .. }, _) | (_, Smoothing::Fine) => true,
-        (_, Smoothing::Cnt(share)) => share <= 0.0,
-    }
-}
-
-/// Length of the tool's way, mm.
-fn length(from: DVec3, command: &Command) -> f64 {
-    match command.kind {
-        Kind::Arc { via } => from.distance(via) + via.distance(command.target),
-        _ => from.distance(command.target),
-    }
+    longer(number, least, programmed)
 }
 
 /// Travels that axes make longer.

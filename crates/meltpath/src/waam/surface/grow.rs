@@ -8,11 +8,12 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 use meltpath_planning::surface::Base;
 use meltpath_robot::Summary;
-use meltpath_robot::interpolation::fir;
+use meltpath_robot::interpolation::joints::simulate;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use super::plan::SurfacePlan;
 use crate::waam::deposit::simulate::SimulateError;
+use crate::waam::drive::joint_moves;
 use crate::waam::drive::record::{Recorder, Sample};
 use crate::waam::judge::{LayerOutcome, TubePlace};
 use crate::waam::program::Commands;
@@ -88,17 +89,12 @@ pub(super) fn drive(
     }
     let mut recorder = Recorder::default();
     observer.stage("machine motion and metal", commands.commands.len() as u64);
-    let summary = fir::simulate(
-        commands.start,
-        &commands.commands,
-        &settings.controller,
-        settings.controller.sampling(),
-        observer,
-        &mut commands.pacing().before(Sinks {
-            recorder: &mut recorder,
-            layings: &mut layings,
-        }),
-    )?;
+    let mut sinks = commands.pacing().before(Sinks {
+        recorder: &mut recorder,
+        layings: &mut layings,
+    });
+    let along = joint_moves::along(commands, settings);
+    let summary = simulate(&along, &settings.controller, observer, &mut sinks)?;
     let summary = commands.pacing().summary(summary, &commands.commands);
     let mut laid = layings.into_iter().map(Laying::finish);
     let grown = match (laid.next(), laid.next(), trouble) {

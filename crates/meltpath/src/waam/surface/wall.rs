@@ -93,7 +93,7 @@ pub(super) fn wall(
     if let Ok(grown) = &driven.grown {
         facts.extend(metal::facts(grown, asked, &commands, settings));
     }
-    facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(reach::facts(along.as_ref(), &commands, settings));
     Ok(Wall {
         sheet,
         plan,

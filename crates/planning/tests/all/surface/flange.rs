@@ -37,9 +37,13 @@ fn program() -> (Pose, Vec<Command>) {
                     continue;
                 }
                 let id = commands.len() as u32;
-                let kind = if i == 0 { Kind::Joint } else { Kind::Line };
+                let kind = if i == 0 {
+                    Kind::Joint(None)
+                } else {
+                    Kind::Line
+                };
                 let source = match kind {
-                    Kind::Joint => Source::Off,
+                    Kind::Joint(_) => Source::Off,
                     _ => Source::On { wire_feed: 130.0 },
                 };
                 commands.push(Command {

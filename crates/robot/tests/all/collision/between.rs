@@ -164,7 +164,7 @@ fn a_joint_move_is_followed_in_the_joints() {
     let cell = abb();
     let tip = |y: f64| DVec3::new(0.0, y, 10.0);
     let joint = |id, y| Command {
-        kind: Kind::Joint,
+        kind: Kind::Joint(None),
         ..Command::line(id, tip(y), 100.0, Smoothing::Fine)
     };
     let line = |id, y| Command::line(id, tip(y), 100.0, Smoothing::Fine);
