@@ -256,6 +256,9 @@ impl Identification {
                 1e6 * sigma
             ));
         }
+        if !self.found.settled {
+            lines.push("# the search did not settle, as under friction that does not turn at once or with hardly any noise: the deviations may be too small".to_owned());
+        }
         let [current, angle] = self.found.rms.map(|left| 1e3 * left);
         lines.push(format!(
             "# fitted part: {current:.4} mA and {angle:.5} mrad rms are left"

@@ -44,7 +44,7 @@ fn line(id: u32, to: DVec3, speed: f64, source: Source) -> Command {
     }
 }
 
-fn task<'a>(cell: &'a Cell, start: Pose, commands: &'a [Command]) -> Task<'a> {
+pub(crate) fn task<'a>(cell: &'a Cell, start: Pose, commands: &'a [Command]) -> Task<'a> {
     Task {
         cell,
         values: cell.at_rest(),

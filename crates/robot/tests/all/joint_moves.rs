@@ -1,6 +1,5 @@
 //! Joint moves: their chords against the forward chain on a far finer grid, and their motion against it.
 
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use meltpath_base::{Silent, settings};
@@ -8,27 +7,15 @@ use meltpath_data::{cells, find, robots};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_numerics::random::Random;
-use meltpath_robot::cell::{self, Cell, External, Stance, Values};
+use meltpath_robot::cell::{self, Cell, External, Values};
 use meltpath_robot::driven::drive;
 use meltpath_robot::interpolation::joints::{Along, simulate};
 use meltpath_robot::joint_move::{CHORD, JointMove, TURN};
-use meltpath_robot::posture::{Axes, Rotation, Task, hold};
+use meltpath_robot::posture::hold;
 use meltpath_robot::{Command, Controller, Kind, Smoothing, Source};
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
-static ANY: BTreeMap<Option<u32>, Stance> = BTreeMap::new();
-
-fn task<'a>(cell: &'a Cell, start: Pose, commands: &'a [Command]) -> Task<'a> {
-    Task {
-        cell,
-        values: cell.at_rest(),
-        axes: Axes::Standing,
-        start,
-        commands,
-        rotation: Rotation::Written,
-        configurations: &ANY,
-    }
-}
+use crate::driven::task;
 
 fn controller() -> Controller {
     settings::peek(cells::ARCMATE_120IC.text, &["motion"])

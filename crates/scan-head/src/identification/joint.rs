@@ -36,6 +36,9 @@ pub struct Joint {
     /// Share of both that the modes feel, and its deviation: 1 where friction acts on the rotor, as the motor's torque does; 0 where it
     /// is spread as the inertia is. Nothing without modes or dry friction.
     pub felt: Option<[f64; 2]>,
+    /// Whether the search settled; else the ground was rough, as under friction that does not turn at once or with hardly any noise, and
+    /// the deviations may be too small.
+    pub settled: bool,
     /// By how much current and angle are read late against the voltage, each with its deviation, s.
     pub delays: [[f64; 2]; 2],
     /// Root mean square of what is left of current (A) and angle (rad).
@@ -245,6 +248,7 @@ impl Joint {
             coulomb: dry.then(|| [e.coulomb, sigma(Parameter::Coulomb)]),
             bias,
             felt,
+            settled: settled.smooth,
             delays: [0, 1].map(|c| [e.delays[c], sigma(Parameter::Delay(c))]),
             rms: settled.rms,
         }

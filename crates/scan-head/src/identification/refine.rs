@@ -77,6 +77,8 @@ pub(super) struct Settled {
     /// Logarithm of the likelihood, negative, up to a constant of the record and its cut.
     pub(super) cost: f64,
     pub(super) units: Units,
+    /// Whether the last step was a whole one that led nowhere; else the search ended among friction's turns, or out of tries.
+    pub(super) smooth: bool,
 }
 
 /// A record cut into pieces, and how far their first states may be from where they seem.
@@ -120,7 +122,7 @@ pub(super) fn settle<const N: usize>(
     // first where the pieces begin, lest the parameters make up for it
     stand = pieces.eased(stand, BEGINS)?;
     let mut triangles = pieces.linearise(&stand, free)?;
-    let (mut damping, mut poor) = (1e-3, 0);
+    let (mut damping, mut poor, mut smooth) = (1e-3, 0, false);
     for _ in 0..TRIES {
         let step = damped(&triangles, N, free.len(), damping)?;
         let longest = step
@@ -145,6 +147,7 @@ pub(super) fn settle<const N: usize>(
         if damping < WHOLE {
             poor = 0;
             if gain.abs() < cut.settled {
+                smooth = true;
                 break;
             }
         } else if gain < ROUGHNESS {
@@ -161,6 +164,7 @@ pub(super) fn settle<const N: usize>(
         rms: stand.rms,
         cost: stand.cost,
         units: pieces.units,
+        smooth,
     })
 }
 

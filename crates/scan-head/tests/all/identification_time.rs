@@ -412,11 +412,12 @@ fn trial(seed: u64) -> [[f64; 2]; 13] {
     let start = Instant::now();
     let joint = found(&columns, bench.period);
     println!(
-        "{seed}: {:.0} kHz, {:.2} s, {} modes, rms {:?}",
+        "{seed}: {:.0} kHz, {:.2} s, {} modes, rms {:?}, settled {}",
         1e-3 / bench.period,
         start.elapsed().as_secs_f64(),
         joint.motor.modes.len(),
-        joint.rms
+        joint.rms,
+        joint.settled
     );
     let ratio = |m: &Galvanometer| m.modes[0].gain * m.inertia / m.torque_constant;
     let values = |m: &Galvanometer| {
