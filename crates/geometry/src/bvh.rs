@@ -45,6 +45,15 @@ impl Bounds {
         (0..3).all(|k| self.lo[k] <= other.hi[k] && other.lo[k] <= self.hi[k])
     }
 
+    /// Square of the distance of a point, mm².
+    fn squared_distance(&self, p: DVec3) -> f64 {
+        let beyond = |k: usize| {
+            let (lo, hi) = (f64::from(self.lo[k]), f64::from(self.hi[k]));
+            (lo - p[k]).max(p[k] - hi).max(0.0)
+        };
+        (0..3).map(|k| beyond(k) * beyond(k)).sum()
+    }
+
     /// Whether the ray from `origin` with inverse direction `inverse` meets the box ahead of it.
     fn hit(&self, origin: DVec3, inverse: DVec3) -> bool {
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
@@ -172,6 +181,30 @@ impl Bvh {
             }
         }
         ControlFlow::Continue(())
+    }
+
+    /// Calls `visit` for triangles, near boxes first, as long as their boxes may be nearer to `p` than the squared distance that it
+    /// answers, mm².
+    pub(crate) fn nearest(&self, p: DVec3, mut visit: impl FnMut(u32) -> f64) {
+        if self.order.is_empty() || !p.is_finite() {
+            return;
+        }
+        let far = |node: usize| self.nodes[node].squared_distance(p);
+        let mut least = f64::INFINITY;
+        let mut stack = vec![(far(1), 1)];
+        while let Some((box_distance, node)) = stack.pop() {
+            if box_distance >= least {
+                continue;
+            }
+            if node < self.leaves {
+                let (a, b) = ((far(2 * node), 2 * node), (far(2 * node + 1), 2 * node + 1));
+                stack.extend(if a.0 < b.0 { [b, a] } else { [a, b] });
+            } else {
+                for &t in self.leaf(node - self.leaves) {
+                    least = visit(t);
+                }
+            }
+        }
     }
 
     /// Calls `visit` for every triangle whose leaf the ray may meet ahead of `origin`.

@@ -198,7 +198,7 @@ fn positive(name: &'static str, value: f64) -> Result<(), SheetError> {
 }
 
 /// The share of the way from `a`, where the field is not above zero, to `b`, where it is, at which it is zero.
-fn crossing(a: DVec3, b: DVec3, field: impl Fn(DVec3) -> f64) -> f64 {
+pub(crate) fn crossing(a: DVec3, b: DVec3, field: impl Fn(DVec3) -> f64) -> f64 {
     let at = |x: f64| field(a.lerp(b, x));
     let (mut low, mut high) = (0.0, 1.0);
     let (mut f_low, mut f_high) = (at(0.0), at(1.0));

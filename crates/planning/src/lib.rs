@@ -3,6 +3,7 @@
 
 pub mod error;
 pub mod fill;
+pub mod onto;
 pub mod powder;
 pub mod surface;
 

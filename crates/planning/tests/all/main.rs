@@ -24,6 +24,7 @@ use proptest::prelude::*;
 
 mod laws;
 mod legs;
+mod onto;
 mod strategies;
 mod surface;
 mod walls;

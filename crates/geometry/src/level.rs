@@ -1,0 +1,299 @@
+//! The surface on which a field in space has a value, as a mesh, and the piece of a mesh on one side of such a surface.
+//!
+//! Cubes of a grid are cut into six tetrahedra about their diagonal (Kuhn 1960), so that neighbours fit and no case is ambiguous. Grid
+//! points decide how the surface hangs together; its vertices lie on the field itself.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use crate::Mesh;
+use crate::math::DVec3;
+use crate::sheet::crossing;
+use crate::topology::{half_edges, shells};
+
+/// Most points of a grid.
+pub const MOST_POINTS: usize = 60_000_000;
+/// Vertices stay away from grid points by this share of their edge: nearer ones would make triangles without an area.
+const AWAY: f64 = 1e-3;
+
+/// Why a field cannot be sampled.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LevelError {
+    /// The grid would be too fine.
+    #[error(
+        "a grid of {cell} mm in this box has more than {MOST_POINTS} points: take larger cells, or a smaller piece"
+    )]
+    TooFine {
+        /// Side of its cells, mm.
+        cell: f64,
+    },
+    /// A length or corner is not finite, or not above zero.
+    #[error("cells of {cell} mm in a box {size} mm wide: both must be above zero and finite")]
+    Size {
+        /// Side of the cells, mm.
+        cell: f64,
+        /// Least side of the box, mm.
+        size: f64,
+    },
+}
+
+/// A field sampled on a grid.
+#[derive(Debug, Clone)]
+pub struct Sampled {
+    low: DVec3,
+    cell: f64,
+    count: [usize; 3],
+    values: Vec<f64>,
+}
+
+/// Corners of the six tetrahedra of a cube: bits of the corner's steps along x, y and z.
+const TETRAHEDRA: [[usize; 4]; 6] = [
+    [0, 1, 3, 7],
+    [0, 1, 5, 7],
+    [0, 2, 3, 7],
+    [0, 2, 6, 7],
+    [0, 4, 5, 7],
+    [0, 4, 6, 7],
+];
+
+impl Sampled {
+    /// Samples a field in a box, from `low` on, `cell` mm apart.
+    ///
+    /// # Errors
+    /// [`LevelError`].
+    pub fn new(
+        (low, high): (DVec3, DVec3),
+        cell: f64,
+        field: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Result<Self, LevelError> {
+        let size = (high - low).min_element();
+        if !(cell > 0.0 && size > 0.0 && (high - low).is_finite() && cell.is_finite()) {
+            return Err(LevelError::Size { cell, size });
+        }
+        let steps = ((high - low) / cell).ceil() + 1.0;
+        if steps.x * steps.y * steps.z > MOST_POINTS as f64 {
+            return Err(LevelError::TooFine { cell });
+        }
+        let count = steps.to_array().map(|n| n as usize);
+        let mut sampled = Sampled {
+            low,
+            cell,
+            count,
+            values: Vec::new(),
+        };
+        let all = count[0] * count[1] * count[2];
+        let values = (0..all).into_par_iter().map(|i| field(sampled.point(i)));
+        sampled.values = values.collect();
+        Ok(sampled)
+    }
+
+    fn point(&self, i: usize) -> DVec3 {
+        let [nx, ny, _] = self.count;
+        let at = [i % nx, i / nx % ny, i / (nx * ny)];
+        self.low + self.cell * DVec3::from_array(at.map(|n| n as f64))
+    }
+
+    /// The least and the greatest value.
+    pub fn range(&self) -> [f64; 2] {
+        let first = [f64::INFINITY, f64::NEG_INFINITY];
+        let wider = |r: [f64; 2], v: &f64| [r[0].min(*v), r[1].max(*v)];
+        self.values.iter().fold(first, wider)
+    }
+
+    /// The surface on which the field is `level`, showing towards greater values. `field` is what was sampled.
+    pub fn surface(&self, level: f64, field: impl Fn(DVec3) -> f64) -> Mesh {
+        let [nx, ny, nz] = self.count;
+        let step =
+            |corner: usize| (corner & 1) + nx * (corner >> 1 & 1) + nx * ny * (corner >> 2 & 1);
+        let steps: [usize; 8] = std::array::from_fn(step);
+        let off = |p: DVec3| field(p) - level;
+        let mut mesh = Mesh::default();
+        let mut known: HashMap<(usize, usize), u32> = HashMap::new();
+        let below = |i: usize| self.values[i] <= level;
+        for base in 0..self.values.len() {
+            let [x, y, z] = [base % nx, base / nx % ny, base / (nx * ny)];
+            if x + 1 == nx || y + 1 == ny || z + 1 == nz {
+                continue;
+            }
+            let first = below(base);
+            if steps.iter().all(|s| below(base + s) == first) {
+                continue;
+            }
+            for tetrahedron in TETRAHEDRA {
+                let corners = tetrahedron.map(|c| base + steps[c]);
+                let (low, high): (Vec<usize>, Vec<usize>) =
+                    corners.iter().partition(|&&i| below(i));
+                let mut vertex = |a: usize, b: usize| {
+                    *known.entry((a, b)).or_insert_with(|| {
+                        let (p, q) = (self.point(a), self.point(b));
+                        let share = crossing(p, q, off).clamp(AWAY, 1.0 - AWAY);
+                        mesh.vertices.push(p.lerp(q, share));
+                        mesh.vertices.len() as u32 - 1
+                    })
+                };
+                let quad: Vec<u32> = match (&low[..], &high[..]) {
+                    (&[a], &[b, c, d]) => vec![vertex(a, b), vertex(a, c), vertex(a, d)],
+                    (&[b, c, d], &[a]) => vec![vertex(b, a), vertex(c, a), vertex(d, a)],
+                    (&[a, b], &[c, d]) => {
+                        vec![vertex(a, c), vertex(a, d), vertex(b, d), vertex(b, c)]
+                    }
+                    _ => continue,
+                };
+                let middle = |of: &[usize]| {
+                    let sum: DVec3 = of.iter().map(|&i| self.point(i)).sum();
+                    sum / of.len() as f64
+                };
+                let up = middle(&high) - middle(&low);
+                for k in 2..quad.len() {
+                    let triangle = [quad[0], quad[k - 1], quad[k]];
+                    let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize]);
+                    let turned = (b - a).cross(c - a).dot(up) < 0.0;
+                    mesh.triangles.push(if turned {
+                        [triangle[0], triangle[2], triangle[1]]
+                    } else {
+                        triangle
+                    });
+                }
+            }
+        }
+        mesh
+    }
+}
+
+/// The piece of a mesh where a field is not above zero, cut where it is zero.
+pub fn piece(mesh: &Mesh, field: impl Fn(DVec3) -> f64 + Sync) -> Mesh {
+    let values: Vec<f64> = mesh.vertices.par_iter().map(|&p| field(p)).collect();
+    let inside = |v: u32| values[v as usize] <= 0.0;
+    let mut new = Mesh::default();
+    let mut kept: HashMap<(u32, u32), u32> = HashMap::new();
+    for triangle in &mesh.triangles {
+        let mut outline: Vec<u32> = Vec::with_capacity(4);
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            if inside(a) {
+                outline.push(*kept.entry((a, a)).or_insert_with(|| {
+                    new.vertices.push(mesh.vertices[a as usize]);
+                    new.vertices.len() as u32 - 1
+                }));
+            }
+            if inside(a) != inside(b) {
+                let (low, high) = if inside(a) { (a, b) } else { (b, a) };
+                outline.push(*kept.entry((low, high)).or_insert_with(|| {
+                    let (p, q) = (mesh.vertices[low as usize], mesh.vertices[high as usize]);
+                    let share = crossing(p, q, &field).clamp(AWAY, 1.0 - AWAY);
+                    new.vertices.push(p.lerp(q, share));
+                    new.vertices.len() as u32 - 1
+                }));
+            }
+        }
+        for k in 2..outline.len() {
+            new.triangles.push([outline[0], outline[k - 1], outline[k]]);
+        }
+    }
+    new
+}
+
+/// The pieces of a mesh that hang together by edges, in the order of their first triangles.
+pub fn pieces(mesh: &Mesh) -> Vec<Mesh> {
+    let sorted = half_edges(mesh);
+    let shells = shells(mesh, &sorted);
+    let mut pieces = vec![Mesh::default(); shells.count];
+    let mut known: HashMap<(u32, u32), u32> = HashMap::new();
+    for (&shell, triangle) in shells.shell.iter().zip(&mesh.triangles) {
+        let Some(piece) = pieces.get_mut(shell as usize) else {
+            continue;
+        };
+        let own = triangle.map(|v| {
+            *known.entry((shell, v)).or_insert_with(|| {
+                piece.vertices.push(mesh.vertices[v as usize]);
+                piece.vertices.len() as u32 - 1
+            })
+        });
+        piece.triangles.push(own);
+    }
+    pieces
+}
+
+/// The rims of a mesh with two triangles at most to an edge: closed lines of its vertices, each repeating its first point at the end, the
+/// mesh on their left seen against its normal.
+pub fn rims(mesh: &Mesh) -> Vec<Vec<DVec3>> {
+    let mut sides: HashMap<(u32, u32), ()> = HashMap::new();
+    for t in &mesh.triangles {
+        for k in 0..3 {
+            sides.insert((t[k], t[(k + 1) % 3]), ());
+        }
+    }
+    // in the order of triangles: a map's own order is not that of the next run
+    let all = mesh.triangles.iter();
+    let all = all.flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
+    let open: Vec<(u32, u32)> = all.filter(|&(a, b)| !sides.contains_key(&(b, a))).collect();
+    let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
+    for &(a, b) in open.iter().rev() {
+        next.entry(a).or_default().push(b);
+    }
+    let mut lines = Vec::new();
+    for &(start, _) in &open {
+        let mut line = Vec::new();
+        let mut at = start;
+        while let Some(to) = next.get_mut(&at).and_then(Vec::pop) {
+            line.push(mesh.vertices[at as usize]);
+            at = to;
+            if at == start {
+                break;
+            }
+        }
+        if let (Some(&first), true) = (line.first(), line.len() > 2) {
+            line.push(first);
+            lines.push(line);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use super::*;
+
+    const BOX: (DVec3, DVec3) = (DVec3::splat(-12.0), DVec3::splat(12.0));
+
+    #[test]
+    fn a_ball_has_its_area_and_volume_and_shows_outwards() {
+        let far = |p: DVec3| p.length();
+        let sampled = Sampled::new(BOX, 0.5, far).unwrap();
+        for radius in [5.0, 10.0] {
+            let mesh = sampled.surface(radius, far);
+            assert!((mesh.volume() / (4.0 / 3.0 * PI * radius.powi(3)) - 1.0).abs() < 0.005);
+            assert!((mesh.area() / (4.0 * PI * radius * radius) - 1.0).abs() < 0.005);
+            assert_eq!(rims(&mesh), Vec::<Vec<DVec3>>::new());
+            let off = |p: &DVec3| (p.length() - radius).abs();
+            assert!(mesh.vertices.iter().map(off).fold(0.0, f64::max) < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_piece_of_it_has_one_rim_on_the_cut() {
+        let far = |p: DVec3| p.length();
+        let ball = Sampled::new(BOX, 0.5, far).unwrap().surface(10.0, far);
+        let cap = piece(&ball, |p| 6.0 - p.z);
+        // 2 pi r h
+        assert!((cap.area() / (TAU * 10.0 * 4.0) - 1.0).abs() < 0.005);
+        let [rim] = &rims(&cap)[..] else { panic!() };
+        assert!(rim.iter().all(|p| (p.z - 6.0).abs() < 1e-3));
+        let long: f64 = rim.windows(2).map(|w| w[0].distance(w[1])).sum();
+        assert!((long / (TAU * 8.0) - 1.0).abs() < 0.005, "{long}");
+        assert_eq!(rim.first(), rim.last());
+        assert!(piece(&ball, |_| 1.0).triangles.is_empty());
+    }
+
+    #[test]
+    fn what_is_too_fine_or_empty_is_refused() {
+        let flat = (DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0));
+        let size = Sampled::new(flat, 0.5, |p| p.x);
+        assert!(matches!(size, Err(LevelError::Size { .. })));
+        let fine = Sampled::new(BOX, 0.01, |p| p.x);
+        assert!(matches!(fine, Err(LevelError::TooFine { .. })));
+    }
+}
