@@ -3,19 +3,20 @@
 //! Cubes of a grid are cut into six tetrahedra about their diagonal (Kuhn 1960), so that neighbours fit and no case is ambiguous. Grid
 //! points decide how the surface hangs together; its vertices lie on the field itself.
 
-use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
 use crate::Mesh;
 use crate::math::DVec3;
 use crate::sheet::crossing;
-use crate::topology::{half_edges, shells};
+use crate::topology::{half_edges, is_degenerate, shells};
 
 /// Most points of a grid.
 pub const MOST_POINTS: usize = 60_000_000;
-/// Vertices stay away from grid points by this share of their edge: nearer ones would make triangles without an area.
-const AWAY: f64 = 1e-3;
+/// A crossing nearer to an end of its edge than this share of it is taken to that end.
+const NEAR: f64 = 0.25;
 
 /// Why a field cannot be sampled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -108,27 +109,38 @@ impl Sampled {
             |corner: usize| (corner & 1) + nx * (corner >> 1 & 1) + nx * ny * (corner >> 2 & 1);
         let steps: [usize; 8] = std::array::from_fn(step);
         let off = |p: DVec3| field(p) - level;
-        let mut mesh = Mesh::default();
-        let mut known: HashMap<(usize, usize), u32> = HashMap::new();
         let below = |i: usize| self.values[i] <= level;
-        for base in 0..self.values.len() {
-            let [x, y, z] = [base % nx, base / nx % ny, base / (nx * ny)];
-            if x + 1 == nx || y + 1 == ny || z + 1 == nz {
-                continue;
+        let cubes = |holds: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            let mixed = |base: &usize| {
+                let [x, y, z] = [base % nx, base / nx % ny, base / (nx * ny)];
+                let inner = x + 1 < nx && y + 1 < ny && z + 1 < nz;
+                inner && steps.iter().any(|s| holds(base + s) != holds(*base))
+            };
+            (0..self.values.len()).filter(mixed).collect()
+        };
+        let mut snapped = Snapped::default();
+        for base in cubes(&below) {
+            for [i, j] in TETRAHEDRA.iter().flat_map(|t| pairs(*t)) {
+                let (i, j) = (base + steps[i], base + steps[j]);
+                if below(i) != below(j) {
+                    let (a, b) = if below(i) { (i, j) } else { (j, i) };
+                    let cross = || crossing(self.point(a), self.point(b), off);
+                    snapped.cross((a, self.point(a)), (b, self.point(b)), cross);
+                }
             }
-            let first = below(base);
-            if steps.iter().all(|s| below(base + s) == first) {
-                continue;
-            }
+        }
+        let reached = |i: usize| below(i) || snapped.holds(i);
+        let mut mesh = Mesh::default();
+        let mut known: HashMap<Corner, u32> = HashMap::new();
+        for base in cubes(&reached) {
             for tetrahedron in TETRAHEDRA {
                 let corners = tetrahedron.map(|c| base + steps[c]);
                 let (low, high): (Vec<usize>, Vec<usize>) =
-                    corners.iter().partition(|&&i| below(i));
+                    corners.iter().partition(|&&i| reached(i));
                 let mut vertex = |a: usize, b: usize| {
-                    *known.entry((a, b)).or_insert_with(|| {
-                        let (p, q) = (self.point(a), self.point(b));
-                        let share = crossing(p, q, off).clamp(AWAY, 1.0 - AWAY);
-                        mesh.vertices.push(p.lerp(q, share));
+                    let (corner, place) = snapped.corner(a, b);
+                    *known.entry(corner).or_insert_with(|| {
+                        mesh.vertices.push(place);
                         mesh.vertices.len() as u32 - 1
                     })
                 };
@@ -147,6 +159,9 @@ impl Sampled {
                 let up = middle(&high) - middle(&low);
                 for k in 2..quad.len() {
                     let triangle = [quad[0], quad[k - 1], quad[k]];
+                    if is_degenerate(triangle) {
+                        continue;
+                    }
                     let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize]);
                     let turned = (b - a).cross(c - a).dot(up) < 0.0;
                     mesh.triangles.push(if turned {
@@ -164,34 +179,111 @@ impl Sampled {
 /// The piece of a mesh where a field is not above zero, cut where it is zero.
 pub fn piece(mesh: &Mesh, field: impl Fn(DVec3) -> f64 + Sync) -> Mesh {
     let values: Vec<f64> = mesh.vertices.par_iter().map(|&p| field(p)).collect();
-    let inside = |v: u32| values[v as usize] <= 0.0;
+    let inside = |v: usize| values[v] <= 0.0;
+    let at = |v: usize| (v, mesh.vertices[v]);
+    let sides = |t: &[u32; 3]| [0, 1, 2].map(|k| (t[k] as usize, t[(k + 1) % 3] as usize));
+    let mut snapped = Snapped::default();
+    for (a, b) in mesh.triangles.iter().flat_map(sides) {
+        if inside(a) != inside(b) {
+            let (a, b) = if inside(a) { (a, b) } else { (b, a) };
+            let cross = || crossing(mesh.vertices[a], mesh.vertices[b], &field);
+            snapped.cross(at(a), at(b), cross);
+        }
+    }
     let mut new = Mesh::default();
-    let mut kept: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut known: HashMap<Corner, u32> = HashMap::new();
     for triangle in &mesh.triangles {
-        let mut outline: Vec<u32> = Vec::with_capacity(4);
-        for k in 0..3 {
-            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-            if inside(a) {
-                outline.push(*kept.entry((a, a)).or_insert_with(|| {
-                    new.vertices.push(mesh.vertices[a as usize]);
-                    new.vertices.len() as u32 - 1
-                }));
+        let mut outline: Vec<(Corner, DVec3)> = Vec::with_capacity(4);
+        let reached = |v: usize| inside(v) || snapped.holds(v);
+        for (a, b) in sides(triangle) {
+            if reached(a) {
+                outline.push((Corner::Point(a), snapped.place(a, mesh.vertices[a])));
             }
-            if inside(a) != inside(b) {
-                let (low, high) = if inside(a) { (a, b) } else { (b, a) };
-                outline.push(*kept.entry((low, high)).or_insert_with(|| {
-                    let (p, q) = (mesh.vertices[low as usize], mesh.vertices[high as usize]);
-                    let share = crossing(p, q, &field).clamp(AWAY, 1.0 - AWAY);
-                    new.vertices.push(p.lerp(q, share));
-                    new.vertices.len() as u32 - 1
-                }));
+            if reached(a) != reached(b) {
+                let (low, high) = if reached(a) { (a, b) } else { (b, a) };
+                outline.push(snapped.corner(low, high));
             }
         }
+        outline.dedup_by_key(|c| c.0);
+        // in a notch all three may have been moved onto the cut from outside
+        if triangle.iter().all(|&v| snapped.holds(v as usize)) {
+            let middle: DVec3 = outline.iter().map(|c| c.1).sum();
+            if field(middle / outline.len() as f64) > 0.0 {
+                continue;
+            }
+        }
+        let vertex = |(corner, place): (Corner, DVec3)| {
+            *known.entry(corner).or_insert_with(|| {
+                new.vertices.push(place);
+                new.vertices.len() as u32 - 1
+            })
+        };
+        let outline: Vec<u32> = outline.into_iter().map(vertex).collect();
         for k in 2..outline.len() {
-            new.triangles.push([outline[0], outline[k - 1], outline[k]]);
+            let triangle = [outline[0], outline[k - 1], outline[k]];
+            if !is_degenerate(triangle) {
+                new.triangles.push(triangle);
+            }
         }
     }
     new
+}
+
+/// A corner of what is cut: a point of the grid or mesh that was moved onto the cut or lies inside it, or a place on an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Corner {
+    Point(usize),
+    Edge(usize, usize),
+}
+
+/// Where edges are crossed. Crossings near an end share that end, moved onto the nearest of them: so no triangle becomes a shred
+/// (after Raman and Wenger 2008).
+#[derive(Default)]
+struct Snapped {
+    edges: HashMap<(usize, usize), DVec3>,
+    at: HashMap<usize, (f64, DVec3)>,
+}
+
+impl Snapped {
+    /// Takes in the edge from a point not above zero to one above it.
+    fn cross(&mut self, a: (usize, DVec3), b: (usize, DVec3), share: impl Fn() -> f64) {
+        let Entry::Vacant(edge) = self.edges.entry((a.0, b.0)) else {
+            return;
+        };
+        let share = share();
+        let place = a.1.lerp(b.1, share);
+        edge.insert(place);
+        for (end, far) in [(a.0, share), (b.0, 1.0 - share)] {
+            if far < self.at.get(&end).map_or(NEAR, |found| found.0) {
+                self.at.insert(end, (far, place));
+            }
+        }
+    }
+
+    /// Whether a point was moved onto the cut: it then counts as not above zero.
+    fn holds(&self, point: usize) -> bool {
+        self.at.contains_key(&point)
+    }
+
+    /// Where a point lies that was at `place`.
+    fn place(&self, point: usize, place: DVec3) -> DVec3 {
+        self.at.get(&point).map_or(place, |found| found.1)
+    }
+
+    /// The corner on the edge from a point not above zero to one above it.
+    fn corner(&self, a: usize, b: usize) -> (Corner, DVec3) {
+        match (self.at.get(&a), self.edges.get(&(a, b))) {
+            (Some(found), _) => (Corner::Point(a), found.1),
+            (None, Some(found)) => (Corner::Edge(a, b), *found),
+            // every edge that is crossed was taken in
+            (None, None) => (Corner::Edge(a, b), DVec3::NAN),
+        }
+    }
+}
+
+/// The six edges of a tetrahedron.
+fn pairs(t: [usize; 4]) -> [[usize; 2]; 6] {
+    [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]].map(|[i, j]| [t[i], t[j]])
 }
 
 /// The pieces of a mesh that hang together by edges, in the order of their first triangles.
@@ -215,19 +307,15 @@ pub fn pieces(mesh: &Mesh) -> Vec<Mesh> {
     pieces
 }
 
-/// The rims of a mesh with two triangles at most to an edge: closed lines of its vertices, each repeating its first point at the end, the
-/// mesh on their left seen against its normal.
-pub fn rims(mesh: &Mesh) -> Vec<Vec<DVec3>> {
-    let mut sides: HashMap<(u32, u32), ()> = HashMap::new();
-    for t in &mesh.triangles {
-        for k in 0..3 {
-            sides.insert((t[k], t[(k + 1) % 3]), ());
-        }
-    }
-    // in the order of triangles: a map's own order is not that of the next run
-    let all = mesh.triangles.iter();
-    let all = all.flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
-    let open: Vec<(u32, u32)> = all.filter(|&(a, b)| !sides.contains_key(&(b, a))).collect();
+/// The rims of a mesh with two triangles at most to an edge: closed lines of its vertices, the mesh on their left seen against its normal.
+pub fn rims(mesh: &Mesh) -> Vec<Vec<u32>> {
+    let all = || {
+        let triangles = mesh.triangles.iter();
+        triangles.flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])))
+    };
+    let sides: HashSet<(u32, u32)> = all().collect();
+    // in the order of triangles: a set's own order is not that of the next run
+    let open: Vec<(u32, u32)> = all().filter(|&(a, b)| !sides.contains(&(b, a))).collect();
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     for &(a, b) in open.iter().rev() {
         next.entry(a).or_default().push(b);
@@ -237,14 +325,13 @@ pub fn rims(mesh: &Mesh) -> Vec<Vec<DVec3>> {
         let mut line = Vec::new();
         let mut at = start;
         while let Some(to) = next.get_mut(&at).and_then(Vec::pop) {
-            line.push(mesh.vertices[at as usize]);
+            line.push(at);
             at = to;
             if at == start {
                 break;
             }
         }
-        if let (Some(&first), true) = (line.first(), line.len() > 2) {
-            line.push(first);
+        if line.len() > 2 {
             lines.push(line);
         }
     }
@@ -267,7 +354,7 @@ mod tests {
             let mesh = sampled.surface(radius, far);
             assert!((mesh.volume() / (4.0 / 3.0 * PI * radius.powi(3)) - 1.0).abs() < 0.005);
             assert!((mesh.area() / (4.0 * PI * radius * radius) - 1.0).abs() < 0.005);
-            assert_eq!(rims(&mesh), Vec::<Vec<DVec3>>::new());
+            assert_eq!(rims(&mesh), Vec::<Vec<u32>>::new());
             let off = |p: &DVec3| (p.length() - radius).abs();
             assert!(mesh.vertices.iter().map(off).fold(0.0, f64::max) < 1e-3);
         }
@@ -281,10 +368,14 @@ mod tests {
         // 2 pi r h
         assert!((cap.area() / (TAU * 10.0 * 4.0) - 1.0).abs() < 0.005);
         let [rim] = &rims(&cap)[..] else { panic!() };
+        let rim: Vec<DVec3> = rim
+            .iter()
+            .chain(rim.first())
+            .map(|&v| cap.vertices[v as usize])
+            .collect();
         assert!(rim.iter().all(|p| (p.z - 6.0).abs() < 1e-3));
         let long: f64 = rim.windows(2).map(|w| w[0].distance(w[1])).sum();
         assert!((long / (TAU * 8.0) - 1.0).abs() < 0.005, "{long}");
-        assert_eq!(rim.first(), rim.last());
         assert!(piece(&ball, |_| 1.0).triangles.is_empty());
     }
 

@@ -8,6 +8,7 @@ mod bvh;
 pub mod diagnosis;
 pub mod distance;
 pub mod fit;
+pub mod flatten;
 pub mod io;
 pub mod level;
 pub mod math;

@@ -8,6 +8,7 @@ mod subdivide;
 mod thin;
 
 pub use front::{Front, FrontEnd, FrontLine, FrontPoint, Fronts};
+pub use thin::thinned;
 
 use crate::Mesh;
 use crate::math::DVec3;

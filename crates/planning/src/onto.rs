@@ -1,70 +1,77 @@
 //! Layers that follow a body which is there already: a repair on a worn face, a boss on a pipe, a rib on a casting.
 //!
-//! Layer k lies at k layer heights from the body, so that every layer is evenly thick and stands on the metal below it. Each layer is
-//! planned on the surface through its middle: contours at their distance from its rim, zigzag lines inside. Lines are parallel
-//! on the surface, not in its projection: the same distance lies between them where it leans.
+//! Layer k lies at k layer heights from the body, so that every layer is evenly thick and stands on the metal below it. The surface
+//! through the middle of each layer is laid out in a plane with the least stretch, filled there as a flat layer is, and brought back.
+//! What the layout stretches, the distance between beads is off by: it is told. A face that can be unrolled is not stretched.
 //!
-//! Ours, after the rules of flat layers (Rouchon 2022, § 1.2.3.2): layers at a distance from a free-form base are what Campocasso 2017
-//! does with one bead on a surface, § III.C, eq. 3.
+//! Ours. Layers at one distance from a free-form base are what Campocasso 2017 does with one bead on a surface, § III.C, eq. 3.
 
-mod chain;
 mod layers;
-mod lines;
+mod lift;
 
-use meltpath_geometry::Mesh;
+use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::distance::Distance;
-use meltpath_geometry::level::LevelError;
-use meltpath_geometry::math::DVec3;
-use meltpath_geometry::segments::Segments;
-use meltpath_geometry::sheet::{Sheet, SheetError};
+use meltpath_geometry::flatten::{Flat, FlattenError};
+use meltpath_geometry::level::{LevelError, pieces};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::{Mesh, Plane, Region};
+use meltpath_toolpath::Role;
+use rayon::prelude::*;
 
-use crate::surface::{SurfacePass, SurfacePoint};
+use crate::fill::{Coverage, FillLayer, FillSettings, PassIds, plan_layers};
+use crate::surface::SurfacePass;
+use crate::PlanError;
 
 /// What is asked of layers on a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OntoSettings {
+#[derive(Debug, Clone, Copy)]
+pub struct OntoSettings<'a> {
     /// Layer height, mm.
     pub height: f64,
-    /// Distance between neighbouring beads, mm.
-    pub stepover: f64,
-    /// Distance of the outermost beads from the rim of their layer, mm: half of a bead's width.
-    pub inset: f64,
-    /// Contours around the lines.
-    pub contours: u32,
-    /// Direction of the lines of the first layer, rad, about the layer's normal from the direction of x.
-    pub angle: f64,
-    /// Turn of that direction from layer to layer, rad.
-    pub turn: f64,
+    /// How layers are filled.
+    pub fill: &'a FillSettings,
     /// Metal beyond the part, mm.
     pub allowance: f64,
     /// How far the polyline of a bead may lie beside its curve, mm.
     pub chord_error: f64,
+    /// Layers after this one are left out.
+    pub count: Option<u32>,
+}
+
+/// One bead.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OntoBead {
+    /// Where it lies; its number is that of its layer.
+    pub pass: SurfacePass,
+    /// What it is for.
+    pub role: Role,
+    /// Travel speed of each of its moves, mm/s; `None` is the bead's own.
+    pub speeds: Vec<Option<f64>>,
 }
 
 /// One layer as planned.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct OntoLayer {
     /// Its number, from 1.
     pub number: u32,
     /// Area of the surface through its middle, mm².
     pub area: f64,
-    /// Area of it that lies farther than a stepover from every bead, mm².
-    pub uncovered: f64,
-    /// A place of that, mm.
-    pub uncovered_at: Option<DVec3>,
+    /// Distances between beads over those that were asked for: the least and the greatest, each with its place.
+    pub stretch: [(f64, DVec3); 2],
+    /// How its pieces are covered; places of gaps are on the layer.
+    pub coverage: Vec<Coverage>,
 }
 
 /// Layers on a body.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OntoPlan {
-    /// Beads in the order in which they are laid, numbered by their layer.
-    pub passes: Vec<SurfacePass>,
+    /// Beads in the order in which they are laid.
+    pub beads: Vec<OntoBead>,
     /// The layers.
     pub layers: Vec<OntoLayer>,
 }
 
 /// Why layers on a body cannot be planned.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum OntoError {
     /// A setting out of its range.
     #[error("{name} is {value}: it must be above zero and finite")]
@@ -75,9 +82,7 @@ pub enum OntoError {
         value: f64,
     },
     /// The body covers the part, to within half a layer.
-    #[error(
-        "the part reaches nowhere more than {reach:.3} mm out of the body, less than half a layer of {height:.3} mm: there is nothing to lay; give the part as it is to be, and the body as it is now, in the same coordinates"
-    )]
+    #[error("the part reaches nowhere more than {reach:.3} mm out of the body, and half a layer is {:.3} mm: there is nothing to lay; give the part as it is to be, and the body as it is now, in the same coordinates", 0.5 * .height)]
     Nothing {
         /// How far the part reaches out of the body, mm.
         reach: f64,
@@ -93,19 +98,38 @@ pub enum OntoError {
         at: DVec3,
     },
     /// No layer has room for a bead.
-    #[error(
-        "no layer has room for a bead: what is to be laid is narrower than {width:.3} mm; take a narrower bead"
-    )]
+    #[error("no layer has room for a bead {width:.3} mm wide; take a narrower bead")]
     Narrow {
-        /// Two insets, mm.
+        /// Width of a bead, mm.
         width: f64,
     },
     /// The grid on which layers are found.
     #[error(transparent)]
     Level(#[from] LevelError),
-    /// A layer is not a surface.
+    /// A layer that goes around too much of the body.
+    #[error("layer {number}: {source}")]
+    Flatten {
+        /// The layer.
+        number: u32,
+        /// Why.
+        source: FlattenError,
+    },
+    /// The fill.
     #[error(transparent)]
-    Sheet(#[from] SheetError),
+    Fill(#[from] PlanError),
+}
+
+/// A layer laid out in a plane.
+struct LaidOut {
+    number: u32,
+    area: f64,
+    pieces: Vec<Piece>,
+}
+
+/// A piece of a layer, and where the plane has it.
+struct Piece {
+    flat: Flat,
+    shift: DVec2,
 }
 
 /// Plans the layers with which `part` grows out of `body`; both are closed, in the same coordinates.
@@ -114,31 +138,116 @@ pub enum OntoError {
 ///
 /// # Errors
 /// [`OntoError`].
-pub fn plan_onto(part: &Mesh, body: &Mesh, settings: &OntoSettings) -> Result<OntoPlan, OntoError> {
+pub fn plan_onto(
+    part: &Mesh,
+    body: &Mesh,
+    settings: &OntoSettings<'_>,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<OntoPlan, OntoError> {
     settings.check()?;
     let (part, body) = (Shape::new(part), Shape::new(body));
     let sheets = layers::sheets(&part, &body, settings)?;
+    let laid_out = (1..).zip(&sheets).collect::<Vec<(u32, &Mesh)>>();
+    let laid_out = laid_out
+        .into_par_iter()
+        .map(|(number, sheet)| laid_out_in_a_plane(number, sheet, settings))
+        .collect::<Result<Vec<LaidOut>, OntoError>>()?;
+    let plane = Plane::horizontal(0.0);
+    let regions: Vec<Vec<Region>> = laid_out.iter().map(LaidOut::regions).collect();
+    let wanted = laid_out.iter().zip(&regions);
+    let wanted: Vec<FillLayer<'_>> = wanted
+        .map(|(layer, regions)| FillLayer {
+            number: layer.number,
+            plane: &plane,
+            regions,
+        })
+        .collect();
+    let filled = plan_layers(
+        &wanted,
+        settings.fill,
+        PassIds { part: 0 },
+        reporter,
+        observer,
+    )?;
     let mut plan = OntoPlan::default();
-    for (number, mesh) in (1..).zip(&sheets) {
-        let sheet = Sheet::new(mesh, settings.stepover)?;
-        let direction = settings.angle + f64::from(number - 1) * settings.turn;
-        let found = lines::beads(&sheet, direction, settings)?;
-        let (uncovered, uncovered_at) = uncovered(sheet.mesh(), &found, settings.stepover);
+    for (layer, filled) in laid_out.iter().zip(filled) {
+        let lift = lift::Lift {
+            layer,
+            body: &body,
+            height: settings.height,
+            chord_error: settings.chord_error,
+        };
+        plan.beads
+            .extend(filled.path.passes().filter_map(|p| lift.bead(p)));
         plan.layers.push(OntoLayer {
-            number,
-            area: mesh.area(),
-            uncovered,
-            uncovered_at,
+            number: layer.number,
+            area: layer.area,
+            stretch: layer.stretch(),
+            coverage: lift.coverage(filled.coverage),
         });
-        let above = |line: &Vec<DVec3>| lifted(line, number, &body, settings.height);
-        plan.passes.extend(found.iter().filter_map(above));
     }
-    if plan.passes.is_empty() {
+    if plan.beads.is_empty() {
         return Err(OntoError::Narrow {
-            width: 2.0 * settings.inset,
+            width: settings.fill.width,
         });
     }
     Ok(plan)
+}
+
+/// The pieces of a layer side by side in a plane.
+fn laid_out_in_a_plane(
+    number: u32,
+    sheet: &Mesh,
+    settings: &OntoSettings<'_>,
+) -> Result<LaidOut, OntoError> {
+    let mut laid = Vec::new();
+    let mut edge: Option<f64> = None;
+    for piece in pieces(sheet) {
+        let flat = Flat::new(&piece).map_err(|source| OntoError::Flatten { number, source })?;
+        let (low, high) = flat.bounds();
+        // the first lies as it is seen, the others well apart from it
+        let shift = edge.map_or(0.0, |edge| edge + 4.0 * settings.fill.width - low.x);
+        edge = Some(high.x + shift);
+        laid.push(Piece {
+            flat,
+            shift: DVec2::new(shift, 0.0),
+        });
+    }
+    Ok(LaidOut {
+        number,
+        area: sheet.area(),
+        pieces: laid,
+    })
+}
+
+impl LaidOut {
+    fn regions(&self) -> Vec<Region> {
+        let shifted = |piece: &Piece| {
+            let Region {
+                mut outer,
+                mut holes,
+            } = piece.flat.region();
+            for p in outer.iter_mut().chain(holes.iter_mut().flatten()) {
+                *p += piece.shift;
+            }
+            Region { outer, holes }
+        };
+        self.pieces.iter().map(shifted).collect()
+    }
+
+    /// Distances on the layer over those in the plane.
+    fn stretch(&self) -> [(f64, DVec3); 2] {
+        let all = self.pieces.iter().map(|p| p.flat.stretch());
+        let first = [(f64::INFINITY, DVec3::ZERO), (0.0, DVec3::ZERO)];
+        all.fold(first, |[least, greatest], [shrunk, grown]| {
+            let (close, wide) = ((1.0 / grown.0, grown.1), (1.0 / shrunk.0, shrunk.1));
+            [
+                if close.0 < least.0 { close } else { least },
+                if wide.0 > greatest.0 { wide } else { greatest },
+            ]
+        })
+    }
 }
 
 /// A closed mesh and its distance.
@@ -161,69 +270,16 @@ impl<'a> Shape<'a> {
     }
 }
 
-impl OntoSettings {
+impl OntoSettings<'_> {
     fn check(&self) -> Result<(), OntoError> {
         for (name, value) in [
             ("the layer height", self.height),
-            ("the stepover", self.stepover),
-            ("the distance of beads from the rim", self.inset),
             ("the chord error", self.chord_error),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(OntoError::Setting { name, value });
             }
         }
-        Ok(())
+        Ok(self.fill.check()?)
     }
-}
-
-/// Area of a layer farther than `reach` from every bead, and a place of it.
-fn uncovered(mesh: &Mesh, beads: &[Vec<DVec3>], reach: f64) -> (f64, Option<DVec3>) {
-    let near = Segments::new(beads.iter().map(Vec::as_slice), reach);
-    let (mut area, mut at) = (0.0, None);
-    for t in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(t);
-        let middle = (a + b + c) / 3.0;
-        if near.nearest(middle, reach).is_none() {
-            area += 0.5 * (b - a).cross(c - a).length();
-            at = at.or(Some(middle));
-        }
-    }
-    (area, at)
-}
-
-/// A line on the middle of a layer as a bead between the layer below and its own top. `None` of less than two points.
-fn lifted(line: &[DVec3], number: u32, body: &Shape, height: f64) -> Option<SurfacePass> {
-    if line.len() < 2 {
-        return None;
-    }
-    let last = line.len() - 1;
-    let closed = line[0] == line[last];
-    let point = |(i, &p): (usize, &DVec3)| {
-        let foot = body.near.foot(p)?;
-        let before = if i == 0 && closed {
-            last - 1
-        } else {
-            i.saturating_sub(1)
-        };
-        let after = if i == last && closed {
-            1
-        } else {
-            (i + 1).min(last)
-        };
-        let travel = (line[after] - line[before]).normalize_or_zero();
-        let growth = foot.outward;
-        let top = f64::from(number) * height;
-        Some(SurfacePoint {
-            position: foot.point + top * growth,
-            normal: travel.cross(growth).normalize_or_zero(),
-            growth,
-            from: Some(foot.point + (top - height) * growth),
-        })
-    };
-    let points: Option<Vec<SurfacePoint>> = line.iter().enumerate().map(point).collect();
-    Some(SurfacePass {
-        number,
-        points: points?,
-    })
 }

@@ -14,7 +14,7 @@ mod torch;
 pub use closing::{Opening, without_narrow};
 pub use error::SurfaceError;
 pub use fronts::{Base, MeshPasses, plan_mesh};
-pub use layers::layers;
+pub use layers::{layers, paced_layers};
 pub use measure::{
     Distribution, Evenness, Extreme, distribution, evenness, nearest_spacing, tilts,
 };

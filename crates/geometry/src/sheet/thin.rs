@@ -5,7 +5,7 @@ use crate::segments::nearest_share;
 
 /// Which points stay so that every one left out lies within `tolerance` mm of the chord that spans it; the ends stay
 /// (after Ramer 1972 and Douglas, Peucker 1973).
-pub(super) fn thinned(points: &[DVec3], tolerance: f64) -> Vec<bool> {
+pub fn thinned(points: &[DVec3], tolerance: f64) -> Vec<bool> {
     let mut stays = vec![false; points.len()];
     let Some(last) = points.len().checked_sub(1) else {
         return stays;

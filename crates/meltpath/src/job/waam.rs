@@ -37,6 +37,8 @@ table! {
         fill: FillTable => default({}, "contours outside, zigzag inside");
         /// A wall one bead thick along a surface in space, instead of flat layers; `layers.height` is the distance between its passes.
         surface: SurfaceTable => none("flat layers");
+        /// A body that is there already, out of which the part grows in layers that follow it, instead of flat ones: a repair, a boss on a pipe.
+        onto: OntoTable => none("flat layers");
         /// The cell and how it is driven.
         machine: MachineTable => default({}, "the cell that ships");
         /// The plate the part is built on.
@@ -173,6 +175,18 @@ table! {
         direction: Direction => none("the build direction");
         /// Radius of a cylinder, away from whose axis the wall grows.
         radius: Length where up_to(100_000.0) => none("a plane");
+    }
+
+    /// A body that is there already.
+    pub struct OntoTable {
+        /// The body as it is now, in the coordinates of the part file: STEP, STL or 3MF.
+        body: File => required;
+        /// Where the torch points from.
+        torch: TorchChoice => default("tangent", "across the layers, as beads were measured");
+        /// Greatest lean of the torch against the vertical; beyond it the torch is turned back.
+        tilt: Angle where within(0.0, std::f64::consts::PI) => none("no bound");
+        /// Angle by which the wire points ahead along the travel: above zero it pushes, below zero it drags.
+        lead: Angle where within(-1.0, 1.0) => default("0 deg", "the wire along the torch's rule");
     }
 
     /// The cell and how it is driven.
@@ -353,6 +367,7 @@ impl WaamJob {
         let height_alone = given == 1 && bead.height.is_written();
         let (least, most) = (&self.checks.ctwd_min, &self.checks.ctwd_max);
         let surface = self.surface.is_some();
+        let onto = self.onto.is_some();
         let several = matches!(&*self.layers.height, Auto::Value(list) if list.len() > 1);
         let flat = |written: bool, problem: Problem| {
             let help = "leave it out, or leave [surface] out for flat layers";
@@ -378,13 +393,24 @@ impl WaamJob {
                     .problem("[target] is of solid parts: a wall on a surface is one bead thick"),
             ),
             (
-                surface && several,
+                (surface || onto) && several,
                 self.layers
                     .height
-                    .problem(
-                        "passes on a surface have one distance, and several heights are written",
-                    )
+                    .problem("layers that are not flat have one height, and several are written")
                     .help("write one height, or \"auto\""),
+            ),
+            (
+                surface && onto,
+                self.onto
+                    .problem("[surface] and [onto] stand together: a wall one bead thick along a surface, or layers on a body")
+                    .help("take one of them out"),
+            ),
+            (
+                onto && self.target.allowance_top.is_written(),
+                self.target
+                    .allowance_top
+                    .problem("layers on a body have one allowance, all around")
+                    .help("write target.allowance alone"),
             ),
             (
                 least.0 > most.0,

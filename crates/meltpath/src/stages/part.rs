@@ -70,6 +70,9 @@ pub enum PartError {
         /// Extents, mm.
         size: DVec3,
     },
+    /// Shells that cross where inside and outside have to be told apart.
+    #[error("shells of {} cross each other, so that no distance from its surface can be told: unite them in CAD, and export one solid", .0.display())]
+    Overlap(PathBuf),
     /// A surface of no triangle.
     #[error("the part {} has no surface: no triangle has an area", .0.display())]
     NoSurface(PathBuf),
@@ -118,6 +121,19 @@ pub fn load(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Part, PartError> {
+    let mut part = read(path, unit, chord_error, reporter, observer)?;
+    place(&mut part.mesh, up);
+    Ok(part)
+}
+
+/// Reads, examines and repairs a part in the coordinates of its file.
+pub(super) fn read(
+    path: &Path,
+    unit: PartUnit,
+    chord_error: f64,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Part, PartError> {
     let mut mesh = if is_step(path) {
         let model = step_model(path, reporter, observer)?;
         meshed(&model, chord_error, path, reporter, observer)?
@@ -125,7 +141,6 @@ pub fn load(
         read_triangles(path, unit, reporter, observer)?
     };
     let (findings, volume) = repair(&mut mesh, reporter, observer)?;
-    place(&mut mesh, up);
     if volume <= 0.0 || volume.is_nan() {
         return Err(PartError::Empty {
             path: path.to_path_buf(),

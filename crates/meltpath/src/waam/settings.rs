@@ -115,7 +115,7 @@ pub struct Settings {
     pub remedies: Remedies,
     /// Dialects of the programs that a run writes.
     pub programs: Vec<Dialect>,
-    /// A wall on a surface, where the job asks for one instead of flat layers.
+    /// Layers that are not flat, where the job asks for them.
     pub surface: Option<surface::Asked>,
     /// Cell of the height map, mm.
     pub cell_size: f64,
@@ -185,7 +185,7 @@ pub fn resolve(
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
-    let surface = surface::asked(job, &bead, &mut r);
+    let surface = surface::asked(job, folder, (&bead, step.value), &mut r);
     let limits = limits(&job.checks, ctwd, &mut r);
     models(&cell, &mut r);
     Ok(Settings {

@@ -1,11 +1,15 @@
-//! A wall one bead thick along a surface in space: what a job asks, the plan, its metal, its checks, and the run from part to program.
+//! Layers that are not flat: a wall one bead thick along a surface in space, or layers that follow a body. What a job asks, the plan,
+//! its metal, its checks, and the run from part to program.
 
 pub(crate) mod grow;
 mod judge;
 mod metal;
+pub(crate) mod onto;
 pub mod plan;
 pub(super) mod run;
 pub(crate) mod wall;
+
+use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Length, Origin, Provenance, Resolved};
@@ -14,19 +18,15 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::surface::TorchRule;
 
 use crate::job::WaamJob;
-use crate::job::waam::{SurfaceStrategyChoice, TorchChoice};
+use crate::job::waam::{SurfaceStrategyChoice, SurfaceTable, TorchChoice};
 use crate::waam::settings::bead::FREE_EDGE;
 
-/// What a job asks of a wall on a surface.
+/// What a job asks of layers that are not flat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Asked {
-    /// Numbers of faces, from 1, each once; nothing for the whole file.
-    pub faces: Option<Vec<u32>>,
-    /// What the wall stands on, in the coordinates of the file.
-    pub base: BaseAsked,
-    /// How passes follow one another.
-    pub strategy: SurfaceStrategyChoice,
-    /// Distance between passes, mm.
+    /// What is laid.
+    pub shape: Shape,
+    /// Distance between passes or layers, mm.
     pub spacing: f64,
     /// Where the torch points from.
     pub torch: TorchRule,
@@ -36,6 +36,33 @@ pub struct Asked {
     pub lead: f64,
     /// Largest deviation of the distance between passes, share of it.
     pub spacing_limit: f64,
+}
+
+/// What is laid in layers that are not flat.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A wall one bead thick along a surface.
+    Wall(WallAsked),
+    /// Filled layers that follow a body.
+    Onto(OntoAsked),
+}
+
+/// A wall along a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallAsked {
+    /// Numbers of faces, from 1, each once; nothing for the whole file.
+    pub faces: Option<Vec<u32>>,
+    /// What the wall stands on, in the coordinates of the file.
+    pub base: BaseAsked,
+    /// How passes follow one another.
+    pub strategy: SurfaceStrategyChoice,
+}
+
+/// Layers on a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OntoAsked {
+    /// The file of the body.
+    pub body: PathBuf,
 }
 
 /// What a wall stands on, as far as a job says it.
@@ -49,32 +76,74 @@ pub struct BaseAsked {
     pub radius: Option<f64>,
 }
 
-/// What the job's table asks; nothing where the job has flat layers.
-pub(super) fn asked(job: &WaamJob, bead: &Bead, r: &mut Provenance) -> Option<Asked> {
-    let table = job.surface.as_ref()?;
+/// What the job's tables ask; nothing where the job has flat layers. `folder` is the job's, `stepover` that of its beads, mm.
+pub(super) fn asked(
+    job: &WaamJob,
+    folder: &Path,
+    (bead, stepover): (&Bead, f64),
+    r: &mut Provenance,
+) -> Option<Asked> {
+    let (shape, torch, tilt, lead) = match (job.surface.as_ref(), job.onto.as_ref()) {
+        (Some(table), _) => {
+            let shape = Shape::Wall(wall_asked(table));
+            (shape, *table.torch, *table.tilt, *table.lead)
+        }
+        (None, Some(table)) => {
+            let body = folder.join(&**table.body);
+            let shape = Shape::Onto(OntoAsked { body });
+            (shape, *table.torch, *table.tilt, *table.lead)
+        }
+        (None, None) => return None,
+    };
+    let (share, origin, model) = match shape {
+        Shape::Wall(_) => (
+            2.0 * FREE_EDGE * bead.width.value,
+            "a wall of single beads: metal of a pass over the 0.9 widths that it shares (Rouchon 2022, § 4.4)",
+            [
+                "passes on a surface",
+                "Campocasso 2017, § III: planes, lines of a parameter, constant distance; fronts on faces and meshes of our own",
+            ],
+        ),
+        Shape::Onto(_) => (
+            stepover,
+            "filled layers: metal of a bead over the stepover",
+            [
+                "layers on a body",
+                "ours: surfaces at one distance from the body (Campocasso 2017, § III.C), contours and zigzags on them",
+            ],
+        ),
+    };
     let height = match &*job.layers.height {
         Auto::Value(heights) => Resolved::new(heights.first().map_or(0.0, |h| h.0), Origin::Job),
-        Auto::Auto => {
-            let origin = "a wall of single beads: metal of a pass over the 0.9 widths that it shares (Rouchon 2022, § 4.4)";
-            let height = bead.area.value / (2.0 * FREE_EDGE * bead.width.value);
-            Resolved::new(height, Origin::Computed(origin.to_owned()))
-        }
+        Auto::Auto => Resolved::new(bead.area.value / share, Origin::Computed(origin.to_owned())),
     };
     let spacing = height.value;
     r.value(
         &job.layers.height.name,
         Resolved::new(Length(spacing), height.origin),
     );
-    r.model(
-        "passes on a surface",
-        "Campocasso 2017, § III: planes, lines of a parameter, constant distance; fronts on faces and meshes of our own",
-    );
+    r.model(model[0], model[1]);
+    Some(Asked {
+        shape,
+        spacing,
+        torch: match torch {
+            TorchChoice::Tangent => TorchRule::Tangent,
+            TorchChoice::Half => TorchRule::Half,
+            TorchChoice::Fixed => TorchRule::Fixed,
+        },
+        tilt: tilt.map(|a| a.0),
+        lead: lead.0,
+        spacing_limit: job.checks.spacing.0,
+    })
+}
+
+fn wall_asked(table: &SurfaceTable) -> WallAsked {
     let faces = table.faces.value.clone().map(|mut faces| {
         faces.sort_unstable();
         faces.dedup();
         faces
     });
-    Some(Asked {
+    WallAsked {
         faces,
         base: BaseAsked {
             origin: table.base.origin.map(|o| DVec3::from_array(o.map(|l| l.0))),
@@ -82,14 +151,5 @@ pub(super) fn asked(job: &WaamJob, bead: &Bead, r: &mut Provenance) -> Option<As
             radius: table.base.radius.map(|l| l.0),
         },
         strategy: *table.strategy,
-        spacing,
-        torch: match *table.torch {
-            TorchChoice::Tangent => TorchRule::Tangent,
-            TorchChoice::Half => TorchRule::Half,
-            TorchChoice::Fixed => TorchRule::Fixed,
-        },
-        tilt: table.tilt.map(|a| a.0),
-        lead: table.lead.0,
-        spacing_limit: job.checks.spacing.0,
-    })
+    }
 }

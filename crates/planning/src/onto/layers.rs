@@ -14,14 +14,14 @@ const CELLS: f64 = 3.0;
 pub(super) fn sheets(
     part: &Shape,
     body: &Shape,
-    settings: &OntoSettings,
+    settings: &OntoSettings<'_>,
 ) -> Result<Vec<Mesh>, OntoError> {
     let OntoSettings {
         height, allowance, ..
     } = *settings;
     touching(part, body, height)?;
     let (low, high) = part.mesh.bounds().unwrap_or_default();
-    let cell = (settings.stepover / CELLS).min(height);
+    let cell = (settings.fill.stepover / CELLS).min(height);
     let room = DVec3::splat(allowance.max(0.0) + 2.0 * cell);
     let from_body = |p: DVec3| body.distance(p);
     let sampled = Sampled::new((low - room, high + room), cell, from_body)?;
@@ -48,7 +48,7 @@ pub(super) fn sheets(
         }
     };
     let mut sheets = Vec::new();
-    for k in 1.. {
+    for k in 1..=settings.count.unwrap_or(u32::MAX) {
         if middle(k) > sampled.range()[1] {
             break;
         }

@@ -1,6 +1,6 @@
 //! Passes on a surface as layers of a toolpath.
 
-use meltpath_toolpath::{Layer, PassHead, PassId, Role};
+use meltpath_toolpath::{Channel, Layer, PassHead, PassId, Role};
 
 use super::pass::{SurfacePass, SurfacePoint};
 use super::torch::{Torch, torch_axes};
@@ -10,8 +10,18 @@ use super::torch::{Torch, torch_axes};
 /// The wire's tip goes along what a pass is laid on, as on flat layers: over the pass before, or the base. Where there is nothing
 /// below, that place is `spacing` mm behind the pass, against its growth.
 pub fn layers(passes: &[SurfacePass], torch: &Torch, spacing: f64) -> Vec<Layer> {
+    paced_layers(passes, torch, spacing, |_| (Role::Contour, &[]))
+}
+
+/// The same, where `how` tells of each pass by its index what it is for and the speed of each of its moves, mm/s.
+pub fn paced_layers<'a>(
+    passes: &[SurfacePass],
+    torch: &Torch,
+    spacing: f64,
+    how: impl Fn(usize) -> (Role, &'a [Option<f64>]),
+) -> Vec<Layer> {
     let mut layers = Vec::new();
-    let mut id = 0;
+    let mut id: u32 = 0;
     for group in passes.chunk_by(|a, b| a.number == b.number) {
         let mut layer = Layer::new(group[0].number, 0.0);
         for (entity, pass) in group.iter().enumerate() {
@@ -20,10 +30,12 @@ pub fn layers(passes: &[SurfacePass], torch: &Torch, spacing: f64) -> Vec<Layer>
             let Some((first, axis)) = points.next() else {
                 continue;
             };
+            let (role, speeds) = how(id as usize);
+            let mut speeds = speeds.iter();
             let head = PassHead {
                 id: PassId(id),
                 entity: entity as u32,
-                role: Role::Contour,
+                role,
                 ..PassHead::default()
             };
             id += 1;
@@ -32,6 +44,9 @@ pub fn layers(passes: &[SurfacePass], torch: &Torch, spacing: f64) -> Vec<Layer>
             writer.axis(axis);
             for (point, axis) in points {
                 writer.line_to(tip(point)).axis(axis);
+                if let Some(&Some(speed)) = speeds.next() {
+                    writer.set(Channel::Speed, speed);
+                }
             }
         }
         layers.push(layer);

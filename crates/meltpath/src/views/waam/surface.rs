@@ -180,7 +180,7 @@ fn metal(wall: &Wall) -> Option<Surface> {
 
 /// The 3D scene: metal, surface, passes, torch, travels.
 pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
-    let mesh = &wall.sheet.mesh;
+    let mesh = &wall.mesh;
     let shown = (mesh.triangles.len() <= SHOWN_TRIANGLES).then(|| Surface {
         name: "surface".to_owned(),
         mesh: mesh.clone(),

@@ -128,7 +128,7 @@ impl Target {
             .collect();
         Ok(Target {
             levels,
-            surface: surface_points(mesh, 0.0, SURFACE_SPACING, observer)?,
+            surface: surface_points(mesh, 0.0, SURFACE_SPACING),
             volume: mesh.volume(),
             allowance,
         })
@@ -257,31 +257,23 @@ fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, SurfacePoint)> 
     Some((*least, target.surface[i]))
 }
 
-/// Points of the surface that can be machined, about `spacing` mm apart.
-///
-/// # Errors
-/// [`Cancelled`].
-fn surface_points(
-    mesh: &Mesh,
-    base: f64,
-    spacing: f64,
-    observer: &dyn Observer,
-) -> Result<Vec<SurfacePoint>, Cancelled> {
+/// Points of the surface that can be machined, about `spacing` mm apart: not the base, not faces that rest on the plate or hang over,
+/// whose stock a height map cannot tell.
+fn surface_points(mesh: &Mesh, base: f64, spacing: f64) -> Vec<SurfacePoint> {
+    let mut points = lattice(mesh, spacing);
+    points.retain(|p| p.normal.z >= -0.05 && p.position.z > base + spacing);
+    points
+}
+
+/// Points all over a surface, about `spacing` mm apart: small triangles at their centre, large ones on a barycentric lattice.
+pub(in crate::waam) fn lattice(mesh: &Mesh, spacing: f64) -> Vec<SurfacePoint> {
     let mut points = Vec::new();
     for t in 0..mesh.triangles.len() {
-        if t % 65536 == 0 {
-            observer.check()?;
-        }
         let [a, b, c] = mesh.corners(t);
         let Some(normal) = (b - a).cross(c - a).try_normalize() else {
             continue;
         };
-        // faces that look down rest on the plate or hang over: a height map cannot tell their stock
-        if normal.z < -0.05 {
-            continue;
-        }
         let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        // small triangles are sampled at their centre, large ones on a barycentric lattice
         let n = (longest / spacing).ceil().clamp(1.0, 400.0) as usize;
         for i in 0..n {
             for j in 0..n - i {
@@ -290,13 +282,11 @@ fn surface_points(
                     (j as f64 + 1.0 / 3.0) / n as f64,
                 );
                 let position = a + (b - a) * u + (c - a) * v;
-                if position.z > base + spacing {
-                    points.push(SurfacePoint { position, normal });
-                }
+                points.push(SurfacePoint { position, normal });
             }
         }
     }
-    Ok(points)
+    points
 }
 
 /// The mean and the spread of heights over the cells of a mask.
@@ -466,7 +456,7 @@ mod tests {
             ],
             triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
         };
-        let points = surface_points(&mesh, 0.0, 1.0, &Silent).unwrap();
+        let points = surface_points(&mesh, 0.0, 1.0);
         assert!(points.len() > 100);
         assert!(
             points

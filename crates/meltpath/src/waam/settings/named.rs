@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use meltpath_base::settings::Problem;
+use meltpath_base::settings::{File, Problem, Setting};
 use meltpath_base::{Provenance, Reporter};
 
 use super::{machine, process};
@@ -26,10 +26,15 @@ pub(crate) fn problems(job: &WaamJob, folder: &Path, wrong: impl Fn(&str) -> boo
     found
 }
 
-/// Why the part cannot be opened, at its key.
+/// Why the part, or the body that it grows out of, cannot be opened, at its key.
 pub(in crate::waam) fn absent_part(job: &WaamJob, folder: &Path) -> Option<Problem> {
-    let file = folder.join(&**job.part);
-    let error = std::fs::metadata(&file).err()?;
-    let message = format!("cannot open the part {}: {error}", file.display());
-    Some(job.part.problem(message))
+    let body = job.onto.as_ref().map(|onto| (&onto.body, "the body"));
+    let files = std::iter::once((&job.part, "the part")).chain(body);
+    let absent = |(key, what): (&Setting<File>, &str)| {
+        let file = folder.join(&***key);
+        let error = std::fs::metadata(&file).err()?;
+        let message = format!("cannot open {what} {}: {error}", file.display());
+        Some(key.problem(message))
+    };
+    files.filter_map(absent).next()
 }

@@ -47,10 +47,10 @@ pub(super) fn sound(
             return Err(problems);
         }
     };
-    if woven.is_some() && job.surface.is_some() {
+    if woven.is_some() && (job.surface.is_some() || job.onto.is_some()) {
         let weave = &job.waam.bead.weave;
         let message = format!(
-            "{} and [surface] stand together: passes along a surface are planned without a weave",
+            "{} stands beside [surface] or [onto]: layers that are not flat are planned without a weave",
             weave.name
         );
         problems.push(weave.problem(message).help("take one of them out"));

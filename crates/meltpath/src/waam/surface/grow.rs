@@ -11,7 +11,7 @@ use meltpath_robot::Summary;
 use meltpath_robot::interpolation::joints::simulate;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
-use super::plan::SurfacePlan;
+use super::plan::{Ground, SurfacePlan};
 use crate::waam::deposit::simulate::SimulateError;
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::record::{Recorder, Sample};
@@ -122,10 +122,19 @@ fn ground(plan: &SurfacePlan, settings: &Settings, cell: f64) -> Result<Voxels, 
     });
     let room = DVec3::splat(ROOM * settings.bead.width.value);
     let (low, high) = (low - room, high + room);
+    // what was not laid is looked for all over the part
+    let part = match &plan.ground {
+        Ground::Body(meshes) => meshes.part.bounds(),
+        Ground::Base(_) => None,
+    };
+    let (low, high) = part.map_or((low, high), |(a, b)| (low.min(a), high.max(b)));
     // a plane between voxels is theirs exactly
     let low = (low / cell).floor() * cell;
     let mut voxels = Voxels::new(low, high, cell)?;
-    voxels.fill_mesh(&solid(&plan.base, (low, high)))?;
+    match &plan.ground {
+        Ground::Base(base) => voxels.fill_mesh(&solid(base, (low, high)))?,
+        Ground::Body(meshes) => voxels.fill_mesh(&meshes.body)?,
+    };
     Ok(voxels)
 }
 

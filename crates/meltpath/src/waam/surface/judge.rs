@@ -7,8 +7,8 @@ use meltpath_planning::surface::{
 use meltpath_robot::Summary;
 use meltpath_robot::cell::Arrangement;
 
-use super::Asked;
-use super::plan::SurfacePlan;
+use super::plan::{Ground, SurfacePlan};
+use super::{Asked, onto};
 use crate::waam::drive::lean::{self, Turned};
 use crate::waam::settings::Settings;
 
@@ -26,12 +26,16 @@ pub(super) fn checks(
     settings: &Settings,
     turned: Option<&Turned>,
 ) -> Vec<Check> {
-    let mut checks = vec![spacing(plan, asked)];
-    if let Some(free) = hanging(&plan.passes) {
-        checks.push(free);
-    }
-    checks.push(unreached(plan));
-    checks.extend(opening(plan));
+    let mut checks = match plan.ground {
+        Ground::Base(_) => {
+            let mut checks = vec![spacing(plan, asked)];
+            checks.extend(hanging(&plan.passes));
+            checks.push(unreached(plan));
+            checks.extend(opening(plan));
+            checks
+        }
+        Ground::Body(_) => vec![onto::stretch(plan, asked)],
+    };
     checks.push(tilt(plan, settings, turned));
     checks
 }
@@ -196,6 +200,7 @@ pub(super) fn facts(
             "m",
         ),
     ];
+    facts.extend(onto::coverage(plan));
     if let Some(even) = evenness(
         &plan.passes,
         asked.spacing,

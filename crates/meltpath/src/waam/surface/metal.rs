@@ -8,9 +8,9 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
 use meltpath_planning::surface::torch_axes;
 
-use super::Asked;
 use super::grow::{Grown, outcomes, tube_place};
-use super::plan::SurfacePlan;
+use super::plan::{Ground, SurfacePlan};
+use super::{Asked, onto};
 use crate::waam::deposit::tube;
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::{TubePlace, layer_checks};
@@ -35,17 +35,23 @@ pub(super) fn checks(
         Ok(grown) => grown,
         Err(why) => return vec![without_room(why)],
     };
-    let of = |laid: &Laid| -> Vec<Check> {
-        let growth = settings.growth_error(1.0);
+    let of = |laid: &Laid| -> Result<Vec<Check>, VoxelsError> {
+        let growth = settings.growth_error(plan.single());
         let layers = outcomes(laid, commands, settings, asked.spacing);
         let ctwd: Vec<TubePlace> = laid.path.iter().map(|p| tube_place(p, commands)).collect();
         let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
         checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
         checks.push(loose(laid, commands, FREE * settings.bead.width.value));
-        checks
+        if let Ground::Body(meshes) = &plan.ground {
+            checks.extend(onto::part_checks(&laid.voxels, meshes, &growth, settings)?);
+        }
+        Ok(checks)
     };
-    let coarse = of(&grown.coarse);
-    let fine = of(&grown.fine).into_iter();
+    let (fine, coarse) = match (of(&grown.fine), of(&grown.coarse)) {
+        (Ok(fine), Ok(coarse)) => (fine, coarse),
+        (Err(why), _) | (_, Err(why)) => return vec![without_room(&why)],
+    };
+    let fine = fine.into_iter();
     let mut checks: Vec<Check> = fine.map(|check| converged(check, &coarse)).collect();
     doubt::undecided(&mut checks, &doubts(grown, plan, settings));
     checks

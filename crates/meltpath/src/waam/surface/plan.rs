@@ -1,29 +1,33 @@
 //! The passes of a wall on a surface, how the torch is held along them, and the toolpath they make.
 
+use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
+use meltpath_planning::onto::{OntoError, OntoLayer, OntoSettings, plan_onto};
 use meltpath_planning::surface::{
     Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
-    SurfaceSettings, SurfaceStrategy, Torch, layers, plan_mesh, plan_patch, without_narrow,
+    SurfaceSettings, SurfaceStrategy, Torch, layers, paced_layers, plan_mesh, plan_patch,
+    without_narrow,
 };
 use meltpath_robot::cell::Arrangement;
-use meltpath_toolpath::Toolpath;
+use meltpath_toolpath::{Layer, Role, Toolpath};
 
-use super::{Asked, BaseAsked};
+use super::onto::OntoMeshes;
+use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
 use crate::waam::plan::profile;
 use crate::waam::settings::Settings;
 
-/// A wall along a surface.
+/// Layers that are not flat: a wall along a surface, or filled layers on a body.
 #[derive(Debug)]
 pub struct SurfacePlan {
     /// The beads: one layer for each pass, with the torch's axis at every point, speed and wire feed in their profile.
     pub toolpath: Toolpath,
     /// Where each pass ends on the surface, in the order in which they are laid.
     pub passes: Vec<SurfacePass>,
-    /// What the wall stands on.
-    pub base: Base,
+    /// What it stands on.
+    pub ground: Ground,
     /// How the torch is held.
     pub torch: Torch,
     /// Where fronts end: caps, rims, other fronts.
@@ -32,14 +36,38 @@ pub struct SurfacePlan {
     pub unreached: f64,
     /// Openings where the wall closes: there passes shorter than four pools are not laid.
     pub openings: Vec<Opening>,
+    /// Layers on a body; none of a wall.
+    pub layers: Vec<OntoLayer>,
+}
+
+impl SurfacePlan {
+    /// The share of the beads that stand alone.
+    pub fn single(&self) -> f64 {
+        match self.ground {
+            Ground::Base(_) => 1.0,
+            Ground::Body(_) => 0.0,
+        }
+    }
+}
+
+/// What layers stand on.
+#[derive(Debug, Clone)]
+pub enum Ground {
+    /// A plane or a cylinder under a wall.
+    Base(Base),
+    /// A body, with the part that grows out of it.
+    Body(Box<OntoMeshes>),
 }
 
 /// Why a surface cannot be planned.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum SurfacePlanError {
     /// The passes.
     #[error(transparent)]
     Passes(#[from] SurfaceError),
+    /// Layers on a body.
+    #[error(transparent)]
+    Onto(#[from] OntoError),
     /// A strategy of one face, and there is none between lines of its parameters.
     #[error(
         "surface.strategy \"{}\" follows the parameters of one face that lies between lines of them, and the surface is none: name such a face (surface.faces; `meltpath inspect` lists them), or write \"distance\" or \"planes\"", .strategy.word()
@@ -70,20 +98,20 @@ pub enum SurfacePlanError {
 ///
 /// # Errors
 /// [`SurfacePlanError`].
-pub fn plan(
+pub fn plan_wall(
     sheet: &Sheet,
-    asked: &Asked,
+    (wall, asked): (&WallAsked, &Asked),
     settings: &Settings,
 ) -> Result<SurfacePlan, SurfacePlanError> {
-    let base = base(&asked.base, sheet);
+    let base = base(&wall.base, sheet);
     let how = |strategy| SurfaceSettings {
         strategy,
         spacing: asked.spacing,
         chord_error: settings.chord_error,
     };
     let on_mesh = |strategy| plan_mesh(&sheet.mesh, &base, &how(strategy));
-    let exactly = |strategy| on_face(sheet, &base, asked.strategy, &how(strategy));
-    let found = match asked.strategy {
+    let exactly = |strategy| on_face(sheet, &base, wall.strategy, &how(strategy));
+    let found = match wall.strategy {
         SurfaceStrategyChoice::Distance => on_mesh(SurfaceStrategy::Distance)?,
         SurfaceStrategyChoice::Planes => on_mesh(SurfaceStrategy::Planes {
             direction: DVec3::Z,
@@ -101,21 +129,75 @@ pub fn plan(
         return Err(SurfacePlanError::Narrow { least });
     }
     let passes = ordered(&wide);
-    let torch = torch(asked, &base, settings);
-    let layers = layers(&passes, &torch, asked.spacing);
+    let begin = match base {
+        Base::Plane { normal, .. } => normal,
+        // around a cylinder a wall begins in every direction: none but the vertical is that of all
+        Base::Cylinder { .. } => DVec3::Z,
+    };
+    let torch = torch(asked, begin, settings);
     Ok(SurfacePlan {
-        toolpath: Toolpath {
-            profiles: vec![profile(settings)],
-            layers,
-            ..Toolpath::default()
-        },
+        toolpath: toolpath(layers(&passes, &torch, asked.spacing), settings),
         passes,
-        base,
+        ground: Ground::Base(base),
         torch,
         ends: found.ends,
         unreached: found.unreached,
         openings,
+        layers: Vec::new(),
     })
+}
+
+/// Plans layers that follow a body.
+///
+/// # Errors
+/// [`SurfacePlanError`].
+pub fn plan_layers(
+    meshes: OntoMeshes,
+    asked: &Asked,
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<SurfacePlan, SurfacePlanError> {
+    let how = OntoSettings {
+        height: asked.spacing,
+        fill: &settings.fill,
+        allowance: settings.allowance,
+        chord_error: settings.chord_error,
+        count: settings.count,
+    };
+    let found = plan_onto(&meshes.part, &meshes.body, &how, reporter, observer)?;
+    let torch = torch(asked, DVec3::Z, settings);
+    let how: Vec<(Role, Vec<Option<f64>>)> = found
+        .beads
+        .iter()
+        .map(|b| (b.role, b.speeds.clone()))
+        .collect();
+    let passes: Vec<SurfacePass> = found.beads.into_iter().map(|b| b.pass).collect();
+    let paced = |i: usize| {
+        how.get(i)
+            .map_or((Role::Fill, &[][..]), |h| (h.0, &h.1[..]))
+    };
+    Ok(SurfacePlan {
+        toolpath: toolpath(
+            paced_layers(&passes, &torch, asked.spacing, paced),
+            settings,
+        ),
+        passes,
+        ground: Ground::Body(Box::new(meshes)),
+        torch,
+        ends: Vec::new(),
+        unreached: 0.0,
+        openings: Vec::new(),
+        layers: found.layers,
+    })
+}
+
+/// The toolpath of beads.
+fn toolpath(layers: Vec<Layer>, settings: &Settings) -> Toolpath {
+    Toolpath {
+        profiles: vec![profile(settings)],
+        layers,
+        ..Toolpath::default()
+    }
 }
 
 /// The base in the build. A plane whose place is not written lies under the surface.
@@ -142,16 +224,12 @@ fn base(asked: &BaseAsked, sheet: &Sheet) -> Base {
     }
 }
 
-/// The torch along a wall that stands on `base`.
-fn torch(asked: &Asked, base: &Base, settings: &Settings) -> Torch {
+/// The torch along what begins to grow in the direction `begin`.
+fn torch(asked: &Asked, begin: DVec3, settings: &Settings) -> Torch {
     let up = up(settings);
     Torch {
         rule: asked.torch,
-        begin: match *base {
-            Base::Plane { normal, .. } => normal,
-            // around a cylinder a wall begins in every direction: none but the vertical is that of all
-            Base::Cylinder { .. } => DVec3::Z,
-        },
+        begin,
         up,
         greatest_tilt: asked.tilt.unwrap_or(std::f64::consts::PI),
         lead: asked.lead,

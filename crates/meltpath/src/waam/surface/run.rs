@@ -1,12 +1,12 @@
-//! The run of a job on a surface: plan, program, machine, checks, and what it writes.
+//! The run of a job of layers that are not flat: plan, program, machine, checks, and what it writes.
 
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Observer, Reporter, Verdict};
 use meltpath_report::html::Report;
 
 use super::Asked;
-use super::plan::{SurfacePlan, plan};
-use super::wall::{load_sheet, wall};
+use super::plan::SurfacePlan;
+use super::wall::{Placed, placed, wall};
 use crate::outcome::{self, Examined, Outcome};
 use crate::views;
 use crate::waam::error::WaamError;
@@ -35,7 +35,7 @@ pub(in crate::waam) fn run(
     views::waam::surface::write_files(&folder, &wall)?;
     let mut report = Report {
         title: loaded.name.clone(),
-        subtitle: subtitle(&wall.sheet.name, settings),
+        subtitle: subtitle(&wall.name, settings),
         verdict: verdict.clone(),
         scene: Some(views::waam::surface::scene(&wall, settings)),
         sections: views::waam::surface::sections(&wall, asked, settings),
@@ -60,8 +60,9 @@ pub(in crate::waam) fn plan_only(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<(SurfacePlan, Vec<String>), WaamError> {
-    let sheet = load_sheet(loaded, asked, reporter, observer)?;
-    let mut plan = plan(&sheet, asked, &loaded.settings)?;
+    let Placed {
+        mut plan, findings, ..
+    } = placed(loaded, asked, reporter, observer)?;
     if loaded.settings.robot.is_some() {
         // it may need beads divided
         let (name, told) = (&loaded.name, (reporter, observer));
@@ -69,12 +70,12 @@ pub(in crate::waam) fn plan_only(
     }
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut lines = vec![format!(
-        "{} beads, {:.1} m, in {passes} passes {:.3} mm apart",
+        "{} beads, {:.1} m, in {passes} layers {:.3} mm apart",
         plan.passes.len(),
         plan.toolpath.deposited_length() / 1000.0,
         asked.spacing
     )];
-    lines.extend(sheet.findings);
+    lines.extend(findings);
     Ok((plan, lines))
 }
 
@@ -87,7 +88,7 @@ pub(in crate::waam) fn examine(
 ) -> Result<Examined, WaamError> {
     let quiet = Reporter::new();
     let wall = wall(loaded, asked, &quiet, observer)?;
-    let mut notes = wall.sheet.findings.clone();
+    let mut notes = wall.findings.clone();
     notes.push(format!(
         "{} passes, {:.0} min with arc",
         wall.plan.passes.last().map_or(0, |p| p.number),

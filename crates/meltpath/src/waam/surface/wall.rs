@@ -1,6 +1,7 @@
-//! A wall on a surface, planned, written, driven, laid and judged.
+//! Layers that are not flat, planned, written, driven, laid and judged.
 
 use meltpath_base::{Check, Fact, Observer, Reporter};
+use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
 use meltpath_planning::surface::SurfacePoint;
@@ -9,9 +10,10 @@ use meltpath_robot::Summary;
 use meltpath_robot::collision::Metal;
 
 use super::grow::{Grown, drive};
-use super::plan::{SurfacePlan, plan};
-use super::{Asked, judge, metal};
-use crate::stages::sheet::{self, Sheet};
+use super::onto::OntoMeshes;
+use super::plan::{SurfacePlan, plan_layers, plan_wall};
+use super::{Asked, Shape, judge, metal};
+use crate::stages::{self, sheet};
 use crate::waam::drive::columns;
 use crate::waam::drive::film::Film;
 use crate::waam::drive::reach;
@@ -23,9 +25,22 @@ use crate::waam::plan::planned::read_back;
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
 
-/// Everything about a wall on a surface.
+/// What is laid, with its plan.
+pub(crate) struct Placed {
+    /// The file's name.
+    pub(crate) name: String,
+    /// The surface, or the part, in the build.
+    pub(crate) mesh: Mesh,
+    /// What was found in the files, in words.
+    pub(crate) findings: Vec<String>,
+    pub(crate) plan: SurfacePlan,
+}
+
+/// Everything about layers that are not flat.
 pub(crate) struct Wall {
-    pub(crate) sheet: Sheet,
+    pub(crate) name: String,
+    pub(crate) mesh: Mesh,
+    pub(crate) findings: Vec<String>,
     pub(crate) plan: SurfacePlan,
     pub(crate) commands: Commands,
     pub(crate) samples: Vec<Sample>,
@@ -39,21 +54,52 @@ pub(crate) struct Wall {
     pub(super) film: Film,
 }
 
-/// The surface of a job, read and placed.
-pub(super) fn load_sheet(
+/// What a job lays, read, placed and planned.
+pub(super) fn placed(
     loaded: &Loaded,
     asked: &Asked,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Sheet, WaamError> {
+) -> Result<Placed, WaamError> {
     let settings = &loaded.settings;
-    let how = sheet::How {
-        unit: settings.part_unit,
-        up: settings.up,
-        chord_error: settings.chord_error,
-        faces: asked.faces.as_deref(),
-    };
-    Ok(sheet::load(&settings.part, how, reporter, observer)?)
+    match &asked.shape {
+        Shape::Wall(wall) => {
+            let how = sheet::How {
+                unit: settings.part_unit,
+                up: settings.up,
+                chord_error: settings.chord_error,
+                faces: wall.faces.as_deref(),
+            };
+            let sheet = sheet::load(&settings.part, how, reporter, observer)?;
+            observer.stage("plan", 0);
+            Ok(Placed {
+                plan: plan_wall(&sheet, (wall, asked), settings)?,
+                name: sheet.name,
+                mesh: sheet.mesh,
+                findings: sheet.findings,
+            })
+        }
+        Shape::Onto(on) => {
+            let how = stages::onto::How {
+                unit: settings.part_unit,
+                up: settings.up,
+                chord_error: settings.chord_error,
+            };
+            let both = stages::onto::load(&settings.part, &on.body, how, reporter, observer)?;
+            observer.stage("plan", 0);
+            let meshes = OntoMeshes {
+                part: both.part.mesh.clone(),
+                body: both.body.mesh,
+            };
+            let body = both.body.findings.iter().map(|f| format!("body: {f}"));
+            Ok(Placed {
+                plan: plan_layers(meshes, asked, settings, (reporter, observer))?,
+                name: both.part.name,
+                mesh: both.part.mesh,
+                findings: both.part.findings.into_iter().chain(body).collect(),
+            })
+        }
+    }
 }
 
 /// Plans, writes, drives and judges.
@@ -64,9 +110,12 @@ pub(super) fn wall(
     observer: &dyn Observer,
 ) -> Result<Wall, WaamError> {
     let settings = &loaded.settings;
-    let sheet = load_sheet(loaded, asked, reporter, observer)?;
-    observer.stage("plan", 0);
-    let mut plan = plan(&sheet, asked, settings)?;
+    let Placed {
+        name,
+        mesh,
+        findings,
+        mut plan,
+    } = placed(loaded, asked, reporter, observer)?;
     observer.check()?;
     let told = (reporter, observer);
     let (programs, commands) = read_back(&loaded.name, &mut plan.toolpath, settings, told)?;
@@ -95,7 +144,9 @@ pub(super) fn wall(
     }
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     Ok(Wall {
-        sheet,
+        name,
+        mesh,
+        findings,
         plan,
         commands,
         samples: driven.samples,

@@ -1,0 +1,140 @@
+//! Beads of a layer that was laid out in a plane, brought back between the layer below and their own top.
+
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::sheet::thinned;
+use meltpath_toolpath::{Channel, Pass};
+
+use super::{LaidOut, OntoBead, Shape};
+use crate::fill::{Coverage, Gap};
+use crate::surface::{SurfacePass, SurfacePoint};
+
+/// Steps along a bead in which it is brought back, mm, before points that say nothing of its course are left out.
+const STEP: f64 = 0.5;
+/// A bead's course is that of its foot and of a point so far along the torch, mm: the torch turns evenly between points that stay.
+const LEVER: f64 = 15.0;
+
+/// How a layer is brought back.
+pub(super) struct Lift<'a> {
+    pub(super) layer: &'a LaidOut,
+    pub(super) body: &'a Shape<'a>,
+    pub(super) height: f64,
+    pub(super) chord_error: f64,
+}
+
+impl Lift<'_> {
+    /// The place on the layer of a point of the plane.
+    fn place(&self, p: DVec3, region: u32) -> Option<DVec3> {
+        let piece = self.layer.pieces.get(region as usize)?;
+        piece.flat.lift(p.truncate() - piece.shift)
+    }
+
+    /// A bead; `None` of less than two points.
+    pub(super) fn bead(&self, pass: Pass<'_>) -> Option<OntoBead> {
+        let mut course = vec![*pass.points.first()?];
+        let mut speeds = Vec::new();
+        for i in 0..pass.move_count() {
+            let (from, to) = (pass.points[i], pass.points[i + 1]);
+            let arc = pass.arc(i);
+            let steps = (pass.move_length(i) / STEP).ceil().max(1.0) as u32;
+            for k in 1..=steps {
+                let share = f64::from(k) / f64::from(steps);
+                course.push(match &arc {
+                    _ if k == steps => to,
+                    Some(arc) => arc.at(share),
+                    None => from.lerp(to, share),
+                });
+                speeds.push(pass.value(Channel::Speed, i));
+            }
+        }
+        let all: Option<Vec<SurfacePoint>> = course
+            .iter()
+            .map(|p| self.point(*p, pass.head.entity))
+            .collect();
+        let mut points = all?;
+        if let (true, Some(&first)) = (pass.is_closed(), points.first()) {
+            points.pop();
+            points.push(first);
+        }
+        let (mut points, speeds) = self.thinned(points, &speeds);
+        across(&mut points);
+        (points.len() > 1).then_some(OntoBead {
+            pass: SurfacePass {
+                number: self.layer.number,
+                points,
+            },
+            role: pass.head.role,
+            speeds,
+        })
+    }
+
+    /// The point of a bead over a point of the plane; the way across it is not known yet.
+    fn point(&self, p: DVec3, region: u32) -> Option<SurfacePoint> {
+        let foot = self.body.near.foot(self.place(p, region)?)?;
+        let growth = foot.outward;
+        let top = f64::from(self.layer.number) * self.height;
+        Some(SurfacePoint {
+            position: foot.point + top * growth,
+            normal: DVec3::ZERO,
+            growth,
+            from: Some(foot.point + (top - self.height) * growth),
+        })
+    }
+
+    /// Without the points that say nothing of the course, the torch or the speed.
+    fn thinned(
+        &self,
+        points: Vec<SurfacePoint>,
+        speeds: &[Option<f64>],
+    ) -> (Vec<SurfacePoint>, Vec<Option<f64>>) {
+        let ends = |far: f64| -> Vec<bool> {
+            let line: Vec<DVec3> = points.iter().map(|p| p.position + far * p.growth).collect();
+            thinned(&line, 0.5 * self.chord_error)
+        };
+        let (feet, tubes) = (ends(-self.height), ends(LEVER));
+        let mut kept = (Vec::new(), Vec::new());
+        for (i, point) in points.iter().enumerate() {
+            let paced = i > 0 && i < speeds.len() && speeds[i - 1] != speeds[i];
+            if feet[i] || tubes[i] || paced {
+                kept.0.push(*point);
+                if i > 0 {
+                    kept.1.push(speeds[i - 1]);
+                }
+            }
+        }
+        kept
+    }
+
+    /// Coverage with the places of gaps on the layer.
+    pub(super) fn coverage(&self, mut all: Vec<Coverage>) -> Vec<Coverage> {
+        for covered in &mut all {
+            let region = covered.region;
+            for gap in &mut covered.gaps {
+                let Gap { place, .. } = gap;
+                *place = self.place(*place, region).unwrap_or(*place);
+            }
+        }
+        all
+    }
+}
+
+/// Tells each point the way across its bead.
+fn across(points: &mut [SurfacePoint]) {
+    let Some(last) = points.len().checked_sub(1) else {
+        return;
+    };
+    let closed = last > 1 && points[0].position == points[last].position;
+    let places: Vec<DVec3> = points.iter().map(|p| p.position).collect();
+    for (i, point) in points.iter_mut().enumerate() {
+        let before = match i {
+            0 if closed => last - 1,
+            _ => i.saturating_sub(1),
+        };
+        let after = if i == last && closed {
+            1
+        } else {
+            (i + 1).min(last)
+        };
+        let travel = (places[after] - places[before]).normalize_or_zero();
+        point.normal = travel.cross(point.growth).normalize_or_zero();
+    }
+}
