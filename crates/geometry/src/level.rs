@@ -95,11 +95,46 @@ impl Sampled {
         self.low + self.cell * DVec3::from_array(at.map(|n| n as f64))
     }
 
-    /// The least and the greatest value.
-    pub fn range(&self) -> [f64; 2] {
-        let first = [f64::INFINITY, f64::NEG_INFINITY];
-        let wider = |r: [f64; 2], v: &f64| [r[0].min(*v), r[1].max(*v)];
-        self.values.iter().fold(first, wider)
+    /// Forgets all but what lies within `reach` mm, along the axes, of the grid points at which something holds for place and value.
+    pub fn keep(&mut self, holds: impl Fn(DVec3, f64) -> bool + Sync, reach: f64) {
+        let all = 0..self.values.len();
+        let holds = |i: usize| holds(self.point(i), self.values[i]);
+        let mut near: Vec<bool> = all.into_par_iter().map(holds).collect();
+        let steps = (reach / self.cell).ceil().max(0.0) as usize;
+        let [nx, ny, nz] = self.count;
+        for (along, stride) in [(nx, 1), (ny, nx), (nz, nx * ny)] {
+            let before = near.clone();
+            // how far back the last one is that held, both ways
+            let mut spread = |order: &mut dyn Iterator<Item = usize>| {
+                let mut since = usize::MAX;
+                for i in order {
+                    since = if before[i] {
+                        0
+                    } else {
+                        since.saturating_add(1)
+                    };
+                    near[i] |= since <= steps;
+                }
+            };
+            for line in (0..before.len()).filter(|i| i / stride % along == 0) {
+                let at = |k: usize| line + k * stride;
+                spread(&mut (0..along).map(at));
+                spread(&mut (0..along).rev().map(at));
+            }
+        }
+        for (value, near) in self.values.iter_mut().zip(near) {
+            if !near {
+                *value = f64::NAN;
+            }
+        }
+    }
+
+    /// The greatest value; of nothing minus infinity.
+    pub fn greatest(&self) -> f64 {
+        self.values
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// The surface on which the field is `level`, showing towards greater values. `field` is what was sampled.
@@ -114,7 +149,10 @@ impl Sampled {
             let mixed = |base: &usize| {
                 let [x, y, z] = [base % nx, base / nx % ny, base / (nx * ny)];
                 let inner = x + 1 < nx && y + 1 < ny && z + 1 < nz;
-                inner && steps.iter().any(|s| holds(base + s) != holds(*base))
+                let known = |s: &usize| !self.values[base + s].is_nan();
+                inner
+                    && steps.iter().all(known)
+                    && steps.iter().any(|s| holds(base + s) != holds(*base))
             };
             (0..self.values.len()).filter(mixed).collect()
         };
@@ -377,6 +415,26 @@ mod tests {
         let long: f64 = rim.windows(2).map(|w| w[0].distance(w[1])).sum();
         assert!((long / (TAU * 8.0) - 1.0).abs() < 0.005, "{long}");
         assert!(piece(&ball, |_| 1.0).triangles.is_empty());
+    }
+
+    #[test]
+    fn what_is_forgotten_has_no_surface() {
+        let far = |p: DVec3| p.length();
+        let mut sampled = Sampled::new(BOX, 0.5, far).unwrap();
+        let whole = sampled.surface(10.0, far);
+        sampled.keep(|p, _| p.z > 9.0, 1.0);
+        let cap = sampled.surface(10.0, far);
+        // 9.0 is the last that does not hold: from 9.5 two cells down
+        let low = cap
+            .vertices
+            .iter()
+            .map(|p| p.z)
+            .fold(f64::INFINITY, f64::min);
+        assert!((low - 8.5).abs() < 0.2, "{low}");
+        let above = piece(&whole, |p| 9.0 - p.z);
+        assert!((piece(&cap, |p| 9.0 - p.z).area() - above.area()).abs() < 1e-9);
+        sampled.keep(|_, _| false, 1.0);
+        assert_eq!(sampled.greatest(), f64::NEG_INFINITY);
     }
 
     #[test]

@@ -15,22 +15,24 @@ use meltpath_geometry::flatten::{Flat, FlattenError};
 use meltpath_geometry::level::{LevelError, pieces};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::{Mesh, Plane, Region};
-use meltpath_toolpath::Role;
+use meltpath_toolpath::{Layer, Role};
 use rayon::prelude::*;
 
+use self::layers::Growing;
+use self::lift::Lift;
+use crate::PlanError;
 use crate::fill::{Coverage, FillLayer, FillSettings, PassIds, plan_layers};
 use crate::surface::SurfacePass;
-use crate::PlanError;
 
 /// What is asked of layers on a body.
 #[derive(Debug, Clone, Copy)]
 pub struct OntoSettings<'a> {
-    /// Layer height, mm.
-    pub height: f64,
     /// How layers are filled.
     pub fill: &'a FillSettings,
-    /// Metal beyond the part, mm.
-    pub allowance: f64,
+    /// Metal beyond the part aside, mm.
+    pub side: f64,
+    /// Metal over the part, away from the body, mm.
+    pub over: f64,
     /// How far the polyline of a bead may lie beside its curve, mm.
     pub chord_error: f64,
     /// Layers after this one are left out.
@@ -53,12 +55,16 @@ pub struct OntoBead {
 pub struct OntoLayer {
     /// Its number, from 1.
     pub number: u32,
+    /// Distance of its top from the body, mm.
+    pub top: f64,
     /// Area of the surface through its middle, mm².
     pub area: f64,
     /// Distances between beads over those that were asked for: the least and the greatest, each with its place.
     pub stretch: [(f64, DVec3); 2],
     /// How its pieces are covered; places of gaps are on the layer.
     pub coverage: Vec<Coverage>,
+    /// Its beads as they lie in the plane.
+    pub path: Layer,
 }
 
 /// Layers on a body.
@@ -132,82 +138,108 @@ struct Piece {
     shift: DVec2,
 }
 
-/// Plans the layers with which `part` grows out of `body`; both are closed, in the same coordinates.
-///
-/// Where the part reaches out of the body by less than half a layer nothing is laid.
-///
-/// # Errors
-/// [`OntoError`].
-pub fn plan_onto(
-    part: &Mesh,
-    body: &Mesh,
-    settings: &OntoSettings<'_>,
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<OntoPlan, OntoError> {
-    settings.check()?;
-    let (part, body) = (Shape::new(part), Shape::new(body));
-    let sheets = layers::sheets(&part, &body, settings)?;
-    let laid_out = (1..).zip(&sheets).collect::<Vec<(u32, &Mesh)>>();
-    let laid_out = laid_out
-        .into_par_iter()
-        .map(|(number, sheet)| laid_out_in_a_plane(number, sheet, settings))
-        .collect::<Result<Vec<LaidOut>, OntoError>>()?;
-    let plane = Plane::horizontal(0.0);
-    let regions: Vec<Vec<Region>> = laid_out.iter().map(LaidOut::regions).collect();
-    let wanted = laid_out.iter().zip(&regions);
-    let wanted: Vec<FillLayer<'_>> = wanted
-        .map(|(layer, regions)| FillLayer {
-            number: layer.number,
-            plane: &plane,
-            regions,
+/// A part that grows out of a body: what its plans share.
+pub struct Onto<'a> {
+    growing: Growing<'a>,
+    settings: OntoSettings<'a>,
+}
+
+impl<'a> Onto<'a> {
+    /// Finds what grows out of `body` where `part` is to be; both are closed, in the same coordinates.
+    ///
+    /// Where the part reaches out of the body by less than half of `height`, the height of a layer, mm, nothing is laid.
+    ///
+    /// # Errors
+    /// [`OntoError`].
+    pub fn new(
+        part: &Mesh,
+        body: &Mesh,
+        height: f64,
+        settings: OntoSettings<'a>,
+    ) -> Result<Self, OntoError> {
+        for (name, value) in [
+            ("the layer height", height),
+            ("the chord error", settings.chord_error),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(OntoError::Setting { name, value });
+            }
+        }
+        settings.fill.check()?;
+        Ok(Onto {
+            growing: Growing::new(part, body, height, settings)?,
+            settings,
         })
-        .collect();
-    let filled = plan_layers(
-        &wanted,
-        settings.fill,
-        PassIds { part: 0 },
-        reporter,
-        observer,
-    )?;
-    let mut plan = OntoPlan::default();
-    for (layer, filled) in laid_out.iter().zip(filled) {
-        let lift = lift::Lift {
-            layer,
-            body: &body,
-            height: settings.height,
-            chord_error: settings.chord_error,
-        };
-        plan.beads
-            .extend(filled.path.passes().filter_map(|p| lift.bead(p)));
-        plan.layers.push(OntoLayer {
-            number: layer.number,
-            area: layer.area,
-            stretch: layer.stretch(),
-            coverage: lift.coverage(filled.coverage),
-        });
     }
-    if plan.beads.is_empty() {
-        return Err(OntoError::Narrow {
-            width: settings.fill.width,
-        });
+
+    /// Plans layers that are as high as `heights` says, from the body on, mm; the last one repeats.
+    ///
+    /// # Errors
+    /// [`OntoError`].
+    pub fn plan(
+        &self,
+        heights: &[f64],
+        reporter: &Reporter,
+        observer: &dyn Observer,
+    ) -> Result<OntoPlan, OntoError> {
+        let sheets = self.growing.sheets(heights);
+        let numbered: Vec<(u32, &Mesh)> = (1..).zip(&sheets).collect();
+        let laid_out = numbered
+            .into_par_iter()
+            .map(|(number, sheet)| laid_out_in_a_plane(number, sheet, self.settings.fill.width))
+            .collect::<Result<Vec<LaidOut>, OntoError>>()?;
+        let plane = Plane::horizontal(0.0);
+        let regions: Vec<Vec<Region>> = laid_out.iter().map(LaidOut::regions).collect();
+        let wanted = laid_out.iter().zip(&regions);
+        let wanted: Vec<FillLayer<'_>> = wanted
+            .map(|(layer, regions)| FillLayer {
+                number: layer.number,
+                plane: &plane,
+                regions,
+            })
+            .collect();
+        let ids = PassIds { part: 0 };
+        let filled = plan_layers(&wanted, self.settings.fill, ids, reporter, observer)?;
+        let mut plan = OntoPlan::default();
+        let mut bottom = 0.0;
+        for (i, (layer, filled)) in laid_out.iter().zip(filled).enumerate() {
+            let height = heights.get(i).or(heights.last()).copied().unwrap_or(0.0);
+            let lift = Lift {
+                layer,
+                body: &self.growing.body,
+                heights: [bottom, bottom + height],
+                chord_error: self.settings.chord_error,
+            };
+            bottom += height;
+            plan.beads
+                .extend(filled.path.passes().filter_map(|p| lift.bead(p)));
+            plan.layers.push(OntoLayer {
+                number: layer.number,
+                top: bottom,
+                area: layer.area,
+                stretch: layer.stretch(),
+                coverage: lift.coverage(filled.coverage),
+                path: filled.path,
+            });
+        }
+        if plan.beads.is_empty() {
+            return Err(OntoError::Narrow {
+                width: self.settings.fill.width,
+            });
+        }
+        Ok(plan)
     }
-    Ok(plan)
 }
 
 /// The pieces of a layer side by side in a plane.
-fn laid_out_in_a_plane(
-    number: u32,
-    sheet: &Mesh,
-    settings: &OntoSettings<'_>,
-) -> Result<LaidOut, OntoError> {
+fn laid_out_in_a_plane(number: u32, sheet: &Mesh, width: f64) -> Result<LaidOut, OntoError> {
     let mut laid = Vec::new();
     let mut edge: Option<f64> = None;
     for piece in pieces(sheet) {
         let flat = Flat::new(&piece).map_err(|source| OntoError::Flatten { number, source })?;
         let (low, high) = flat.bounds();
         // the first lies as it is seen, the others well apart from it
-        let shift = edge.map_or(0.0, |edge| edge + 4.0 * settings.fill.width - low.x);
+        let shift = edge.map_or(0.0, |edge| edge + 4.0 * width - low.x);
         edge = Some(high.x + shift);
         laid.push(Piece {
             flat,
@@ -250,16 +282,14 @@ impl LaidOut {
     }
 }
 
-/// A closed mesh and its distance.
-struct Shape<'a> {
-    mesh: &'a Mesh,
+/// A closed mesh with its distance.
+struct Shape {
     near: Distance,
 }
 
-impl<'a> Shape<'a> {
-    fn new(mesh: &'a Mesh) -> Self {
+impl Shape {
+    fn new(mesh: &Mesh) -> Self {
         Shape {
-            mesh,
             near: Distance::new(mesh),
         }
     }
@@ -267,19 +297,5 @@ impl<'a> Shape<'a> {
     /// Signed distance, mm; far outside for a shape of nothing.
     fn distance(&self, p: DVec3) -> f64 {
         self.near.foot(p).map_or(f64::INFINITY, |f| f.distance)
-    }
-}
-
-impl OntoSettings<'_> {
-    fn check(&self) -> Result<(), OntoError> {
-        for (name, value) in [
-            ("the layer height", self.height),
-            ("the chord error", self.chord_error),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(OntoError::Setting { name, value });
-            }
-        }
-        Ok(self.fill.check()?)
     }
 }

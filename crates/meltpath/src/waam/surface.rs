@@ -26,8 +26,10 @@ use crate::waam::settings::bead::FREE_EDGE;
 pub struct Asked {
     /// What is laid.
     pub shape: Shape,
-    /// Distance between passes or layers, mm.
+    /// Distance between passes, mm; of layers on a body where planning begins.
     pub spacing: f64,
+    /// Whether filled layers are as high as their beads grow.
+    pub grows: bool,
     /// Where the torch points from.
     pub torch: TorchRule,
     /// Greatest lean against the vertical, rad.
@@ -126,6 +128,7 @@ pub(super) fn asked(
     Some(Asked {
         shape,
         spacing,
+        grows: *job.layers.height == Auto::Auto,
         torch: match torch {
             TorchChoice::Tangent => TorchRule::Tangent,
             TorchChoice::Half => TorchRule::Half,

@@ -16,8 +16,9 @@ const LEVER: f64 = 15.0;
 /// How a layer is brought back.
 pub(super) struct Lift<'a> {
     pub(super) layer: &'a LaidOut,
-    pub(super) body: &'a Shape<'a>,
-    pub(super) height: f64,
+    pub(super) body: &'a Shape,
+    /// Distances of its bottom and its top from the body, mm.
+    pub(super) heights: [f64; 2],
     pub(super) chord_error: f64,
 }
 
@@ -71,12 +72,12 @@ impl Lift<'_> {
     fn point(&self, p: DVec3, region: u32) -> Option<SurfacePoint> {
         let foot = self.body.near.foot(self.place(p, region)?)?;
         let growth = foot.outward;
-        let top = f64::from(self.layer.number) * self.height;
+        let [bottom, top] = self.heights;
         Some(SurfacePoint {
             position: foot.point + top * growth,
             normal: DVec3::ZERO,
             growth,
-            from: Some(foot.point + (top - self.height) * growth),
+            from: Some(foot.point + bottom * growth),
         })
     }
 
@@ -90,7 +91,7 @@ impl Lift<'_> {
             let line: Vec<DVec3> = points.iter().map(|p| p.position + far * p.growth).collect();
             thinned(&line, 0.5 * self.chord_error)
         };
-        let (feet, tubes) = (ends(-self.height), ends(LEVER));
+        let (feet, tubes) = (ends(self.heights[0] - self.heights[1]), ends(LEVER));
         let mut kept = (Vec::new(), Vec::new());
         for (i, point) in points.iter().enumerate() {
             let paced = i > 0 && i < speeds.len() && speeds[i - 1] != speeds[i];

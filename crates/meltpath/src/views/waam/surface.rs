@@ -267,14 +267,14 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
         vec![spacing, ratio, tilt, speed],
         vec![table(wall)],
     )];
-    sections.extend(growth_section(wall, asked, settings));
+    sections.extend(growth_section(wall, settings));
     sections
 }
 
 /// How the wall grows, pass by pass.
-fn growth_section(wall: &Wall, asked: &Asked, settings: &Settings) -> Option<Section> {
+fn growth_section(wall: &Wall, settings: &Settings) -> Option<Section> {
     let laid = &wall.grown.as_ref().ok()?.fine;
-    let layers = outcomes(laid, &wall.commands, settings, asked.spacing);
+    let layers = outcomes(laid, &wall.commands, settings, &wall.plan.heights);
     let growth = settings.growth_error(1.0);
     Some(Section::new(
         "How the wall grows",

@@ -4,10 +4,12 @@ use meltpath_base::quantity::Auto;
 use meltpath_base::{Observer, Origin, Reporter, Resolved};
 use meltpath_deposition::assembly::{self, AssemblyBead, AssemblyError, Growth};
 use meltpath_geometry::Region;
+use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::stroke;
 use meltpath_geometry::section::{LastLayer, LayerHeight, LayerSpan, layers};
 use meltpath_planning::nominal_length;
+use meltpath_toolpath::{Layer, Pass};
 
 use crate::stages::part::Part;
 use crate::waam::plan::cover::{PlanStageError, covered, cut, fill, no_bead, single_share};
@@ -118,7 +120,12 @@ fn edge_lag(settings: &Settings) -> Option<f64> {
 /// Metal over faces that look up, mm: as written; else what leaves the least stock on the highest of them where edges lie
 /// lower than the middle, the last layer ends short of its target, and the build grows one standard uncertainty less than
 /// predicted. Never less than over sides. `height` is the mean layer's, `single` the share of beads without a neighbour.
-fn over_faces(part_top: f64, height: f64, single: f64, settings: &Settings) -> Resolved<f64> {
+pub(in crate::waam) fn over_faces(
+    part_top: f64,
+    height: f64,
+    single: f64,
+    settings: &Settings,
+) -> Resolved<f64> {
     if let Some(written) = settings.allowance_top {
         return Resolved::new(written, Origin::Job);
     }
@@ -153,6 +160,25 @@ pub(in crate::waam) fn assembled(
     assembly::growth(bead, beads, settings.stepover.value, ASSEMBLED)
 }
 
+/// The height to which a layer of beads grows, mm: their metal over the area that they share; `None` of none.
+///
+/// # Errors
+/// [`PlanarError`].
+pub(in crate::waam) fn grown(
+    path: &Layer,
+    settings: &Settings,
+) -> Result<Option<f64>, PlanarError> {
+    let flat =
+        |p: Pass<'_>| -> Vec<DVec2> { p.flatten(0.05).0.iter().map(|v| v.truncate()).collect() };
+    let lines: Vec<Vec<DVec2>> = path.passes().map(flat).collect();
+    let speed = settings.bead.travel_speed;
+    let laid: f64 = path.passes().map(|p| nominal_length(&p, speed)).sum();
+    let metal = laid * settings.bead.area.value;
+    let shared = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?;
+    let area: f64 = shared.iter().map(Region::area).sum();
+    Ok((area > 0.0).then(|| metal / area))
+}
+
 /// How much layers grow, over the height of the part: the metal of a layer over the area that its beads share, at a number of
 /// heights (mm, growth in mm); and the share of bead length without a neighbour.
 fn growth(
@@ -182,21 +208,8 @@ fn growth(
     let plans = fill(&heights, &regions, settings, &quiet, observer)?;
     let mut grown = Vec::new();
     for (plan, height) in plans.iter().zip(heights) {
-        let lines: Vec<Vec<DVec2>> = plan
-            .path
-            .passes()
-            .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
-            .collect();
-        let speed = settings.bead.travel_speed;
-        let laid = plan.path.passes().map(|p| nominal_length(&p, speed));
-        let laid: f64 = laid.sum();
-        let metal = laid * settings.bead.area.value;
-        let area: f64 = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
-            .iter()
-            .map(Region::area)
-            .sum();
-        if area > 0.0 {
-            grown.push((height, metal / area));
+        if let Some(grows) = self::grown(&plan.path, settings)? {
+            grown.push((height, grows));
         }
     }
     if grown.is_empty() {

@@ -188,18 +188,26 @@ fn prism(outline: &[DVec3], along: DVec3) -> Mesh {
     mesh
 }
 
-/// What was predicted of each pass, `spacing` mm over the one before.
+/// What was predicted of each pass or layer; `heights` are theirs from the first on, mm, the last one repeats.
 pub(crate) fn outcomes(
     laid: &Laid,
     commands: &Commands,
     settings: &Settings,
-    spacing: f64,
+    heights: &[f64],
 ) -> Vec<LayerOutcome> {
+    let last = heights.last().copied().unwrap_or(0.0);
+    let all = || heights.iter().copied().chain(std::iter::repeat(last));
+    // of a layer its bottom and its top, from what everything stands on
+    let ends = |number: u32| {
+        let below = all().take(number.saturating_sub(1) as usize).sum::<f64>();
+        let own = all().nth(number.saturating_sub(1) as usize);
+        [below, below + own.unwrap_or(last)]
+    };
     let layer = |p: &LaidPoint| commands.layer_of_command.get(p.command as usize).copied();
     let passes = laid.path.chunk_by(|a, b| layer(a) == layer(b));
     let pass = |points: &[LaidPoint]| {
         let number = layer(points.first()?)?;
-        Some(outcome(number, points, commands, settings, spacing))
+        Some(outcome(number, points, (commands, settings), ends(number)))
     };
     passes.filter_map(pass).collect()
 }
@@ -223,17 +231,16 @@ pub(super) fn tube_place(p: &LaidPoint, commands: &Commands) -> TubePlace {
 fn outcome(
     number: u32,
     points: &[LaidPoint],
-    commands: &Commands,
-    settings: &Settings,
-    spacing: f64,
+    (commands, settings): (&Commands, &Settings),
+    [bottom, planned_top]: [f64; 2],
 ) -> LayerOutcome {
     let (nominal, width) = (settings.deposit.nominal_ctwd, settings.bead.width.value);
     let mean = |f: &dyn Fn(&LaidPoint) -> f64| {
         points.iter().map(f).sum::<f64>() / points.len().max(1) as f64
     };
     // how much higher than planned the metal stands on the bead's axis, along the torch
-    let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - spacing;
-    let planned_top = f64::from(number) * spacing;
+    let height = planned_top - bottom;
+    let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - height;
     let mut heights: Vec<f64> = points.iter().map(higher).collect();
     heights.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| {

@@ -9,8 +9,8 @@ use meltpath_geometry::workpiece::VoxelsError;
 use meltpath_planning::surface::torch_axes;
 
 use super::grow::{Grown, outcomes, tube_place};
+use super::onto;
 use super::plan::{Ground, SurfacePlan};
-use super::{Asked, onto};
 use crate::waam::deposit::tube;
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::{TubePlace, layer_checks};
@@ -27,7 +27,7 @@ const FREE: f64 = 0.5;
 /// The checks of the metal.
 pub(super) fn checks(
     grown: &Result<Grown, VoxelsError>,
-    (plan, asked): (&SurfacePlan, &Asked),
+    plan: &SurfacePlan,
     commands: &Commands,
     settings: &Settings,
 ) -> Vec<Check> {
@@ -37,7 +37,7 @@ pub(super) fn checks(
     };
     let of = |laid: &Laid| -> Result<Vec<Check>, VoxelsError> {
         let growth = settings.growth_error(plan.single());
-        let layers = outcomes(laid, commands, settings, asked.spacing);
+        let layers = outcomes(laid, commands, settings, &plan.heights);
         let ctwd: Vec<TubePlace> = laid.path.iter().map(|p| tube_place(p, commands)).collect();
         let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
         checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
@@ -198,7 +198,7 @@ fn lean(plan: &SurfacePlan) -> Option<Doubt> {
 /// What the metal tells without a limit.
 pub(super) fn facts(
     grown: &Grown,
-    asked: &Asked,
+    plan: &SurfacePlan,
     commands: &Commands,
     settings: &Settings,
 ) -> Vec<Fact> {
@@ -214,7 +214,7 @@ pub(super) fn facts(
         Measure::exact(1e-3 * laid.volume, "cm³"),
         &words,
     );
-    let layers = outcomes(laid, commands, settings, asked.spacing);
+    let layers = outcomes(laid, commands, settings, &plan.heights);
     let distances = laid.path.iter().map(|p| p.ctwd).collect();
     let tube = tube::distribution(&layers, distances);
     std::iter::once(balance).chain(tube).collect()

@@ -23,6 +23,15 @@ pub struct OntoMeshes {
     pub body: Mesh,
 }
 
+impl OntoMeshes {
+    /// How far the part reaches out of the body, mm.
+    pub(super) fn reach(&self) -> f64 {
+        let body = Distance::new(&self.body);
+        let far = |p: &DVec3| body.foot(*p).map_or(0.0, |f| f.distance);
+        self.part.vertices.iter().map(far).fold(0.0, f64::max)
+    }
+}
+
 /// Distance between the points at which stock is measured, mm.
 const SPACING: f64 = 2.0;
 /// Stock is looked for as far as so many allowances, and so far at least, mm.

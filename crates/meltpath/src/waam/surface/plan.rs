@@ -1,9 +1,10 @@
 //! The passes of a wall on a surface, how the torch is held along them, and the toolpath they make.
 
 use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
-use meltpath_planning::onto::{OntoError, OntoLayer, OntoSettings, plan_onto};
+use meltpath_planning::onto::{Onto, OntoError, OntoLayer, OntoPlan, OntoSettings};
 use meltpath_planning::surface::{
     Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
     SurfaceSettings, SurfaceStrategy, Torch, layers, paced_layers, plan_mesh, plan_patch,
@@ -16,6 +17,7 @@ use super::onto::OntoMeshes;
 use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
+use crate::waam::plan::heights::{grown, over_faces};
 use crate::waam::plan::profile;
 use crate::waam::settings::Settings;
 
@@ -26,6 +28,8 @@ pub struct SurfacePlan {
     pub toolpath: Toolpath,
     /// Where each pass ends on the surface, in the order in which they are laid.
     pub passes: Vec<SurfacePass>,
+    /// Heights of the layers from the first on, mm; the last one repeats.
+    pub heights: Vec<f64>,
     /// What it stands on.
     pub ground: Ground,
     /// How the torch is held.
@@ -68,6 +72,9 @@ pub enum SurfacePlanError {
     /// Layers on a body.
     #[error(transparent)]
     Onto(#[from] OntoError),
+    /// The area that beads share.
+    #[error(transparent)]
+    Growth(#[from] PlanarError),
     /// A strategy of one face, and there is none between lines of its parameters.
     #[error(
         "surface.strategy \"{}\" follows the parameters of one face that lies between lines of them, and the surface is none: name such a face (surface.faces; `meltpath inspect` lists them), or write \"distance\" or \"planes\"", .strategy.word()
@@ -138,6 +145,7 @@ pub fn plan_wall(
     Ok(SurfacePlan {
         toolpath: toolpath(layers(&passes, &torch, asked.spacing), settings),
         passes,
+        heights: vec![asked.spacing],
         ground: Ground::Base(base),
         torch,
         ends: found.ends,
@@ -157,14 +165,26 @@ pub fn plan_layers(
     settings: &Settings,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<SurfacePlan, SurfacePlanError> {
-    let how = OntoSettings {
-        height: asked.spacing,
-        fill: &settings.fill,
-        allowance: settings.allowance,
-        chord_error: settings.chord_error,
-        count: settings.count,
+    let mut heights = vec![asked.spacing];
+    let onto = {
+        let reach = meshes.reach();
+        let over = over_faces(reach, asked.spacing, 0.0, settings);
+        let how = OntoSettings {
+            fill: &settings.fill,
+            side: settings.allowance,
+            over: over.value,
+            chord_error: settings.chord_error,
+            count: settings.count,
+        };
+        Onto::new(&meshes.part, &meshes.body, asked.spacing, how)?
     };
-    let found = plan_onto(&meshes.part, &meshes.body, &how, reporter, observer)?;
+    let mut found = onto.plan(&heights, reporter, observer)?;
+    if asked.grows {
+        for _ in 0..GROWN {
+            heights = growth(&found, settings)?;
+            found = onto.plan(&heights, reporter, observer)?;
+        }
+    }
     let torch = torch(asked, DVec3::Z, settings);
     let how: Vec<(Role, Vec<Option<f64>>)> = found
         .beads
@@ -182,6 +202,7 @@ pub fn plan_layers(
             settings,
         ),
         passes,
+        heights,
         ground: Ground::Body(Box::new(meshes)),
         torch,
         ends: Vec::new(),
@@ -189,6 +210,21 @@ pub fn plan_layers(
         openings: Vec::new(),
         layers: found.layers,
     })
+}
+
+/// How often layers are planned anew at the heights to which the last plan's beads would grow: the first moves them by some tenths, the
+/// second by some hundredths.
+const GROWN: u32 = 2;
+
+/// The height to which the beads of each layer grow, mm.
+fn growth(plan: &OntoPlan, settings: &Settings) -> Result<Vec<f64>, PlanarError> {
+    let mut heights: Vec<f64> = Vec::with_capacity(plan.layers.len());
+    for layer in &plan.layers {
+        let grown = grown(&layer.path, settings)?;
+        // a layer without a bead is planned as the one below
+        heights.extend(grown.or(heights.last().copied()));
+    }
+    Ok(heights)
 }
 
 /// The toolpath of beads.

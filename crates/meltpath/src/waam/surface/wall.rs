@@ -126,12 +126,7 @@ pub(super) fn wall(
     observer.check()?;
     let turned = reach::turned(along.as_ref(), &commands);
     let mut checks = judge::checks(&plan, asked, settings, turned.as_ref());
-    checks.extend(metal::checks(
-        &driven.grown,
-        (&plan, asked),
-        &commands,
-        settings,
-    ));
+    checks.extend(metal::checks(&driven.grown, &plan, &commands, settings));
     checks.extend(borrowed_check(settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));
     let (files, check) = written(loaded, &plan.toolpath, (&programs, &commands), observer)?;
@@ -140,7 +135,7 @@ pub(super) fn wall(
     checks.extend(fixed_torch_check(settings));
     let mut facts = judge::facts(&plan, asked, settings, &driven.summary, turned.as_ref());
     if let Ok(grown) = &driven.grown {
-        facts.extend(metal::facts(grown, asked, &commands, settings));
+        facts.extend(metal::facts(grown, &plan, &commands, settings));
     }
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     Ok(Wall {
