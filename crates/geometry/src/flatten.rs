@@ -151,6 +151,15 @@ impl Flat {
         around(&self.places)
     }
 
+    /// The rims of the surface, closed lines in space that repeat their first point.
+    pub fn rims(&self) -> Vec<Vec<DVec3>> {
+        let line = |ring: Vec<u32>| -> Vec<DVec3> {
+            let closed = ring.iter().chain(ring.first());
+            closed.map(|&v| self.mesh.vertices[v as usize]).collect()
+        };
+        rims(&self.mesh).into_iter().map(line).collect()
+    }
+
     /// The surface's outline in the plane: its longest rim around it, the others as holes.
     pub fn region(&self) -> Region {
         let place = |line: Vec<u32>| -> Vec<DVec2> {

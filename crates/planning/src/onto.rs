@@ -63,6 +63,8 @@ pub struct OntoLayer {
     pub stretch: [(f64, DVec3); 2],
     /// How its pieces are covered; places of gaps are on the layer.
     pub coverage: Vec<Coverage>,
+    /// Its rims, closed lines on the surface through its middle, mm.
+    pub rims: Vec<Vec<DVec3>>,
     /// Its beads as they lie in the plane.
     pub path: Layer,
 }
@@ -219,6 +221,7 @@ impl<'a> Onto<'a> {
                 area: layer.area,
                 stretch: layer.stretch(),
                 coverage: lift.coverage(filled.coverage),
+                rims: layer.pieces.iter().flat_map(|p| p.flat.rims()).collect(),
                 path: filled.path,
             });
         }

@@ -406,13 +406,6 @@ impl WaamJob {
                     .help("take one of them out"),
             ),
             (
-                onto && self.target.allowance_top.is_written(),
-                self.target
-                    .allowance_top
-                    .problem("layers on a body have one allowance, all around")
-                    .help("write target.allowance alone"),
-            ),
-            (
                 least.0 > most.0,
                 wrong
                     .problem(format!(

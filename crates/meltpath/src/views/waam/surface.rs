@@ -274,7 +274,7 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
 /// How the wall grows, pass by pass.
 fn growth_section(wall: &Wall, settings: &Settings) -> Option<Section> {
     let laid = &wall.grown.as_ref().ok()?.fine;
-    let layers = outcomes(laid, &wall.commands, settings, &wall.plan.heights);
+    let layers = outcomes(laid, &wall.commands, settings, &wall.plan);
     let growth = settings.growth_error(1.0);
     Some(Section::new(
         "How the wall grows",

@@ -5,6 +5,7 @@ use meltpath_deposition::deposit::{TubeDistance, mean_along};
 use meltpath_deposition::workpiece::{Laid, LaidPoint, Laying};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
+use meltpath_geometry::segments::Segments;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 use meltpath_planning::surface::Base;
 use meltpath_robot::Summary;
@@ -188,13 +189,14 @@ fn prism(outline: &[DVec3], along: DVec3) -> Mesh {
     mesh
 }
 
-/// What was predicted of each pass or layer; `heights` are theirs from the first on, mm, the last one repeats.
+/// What was predicted of each pass or layer of a plan.
 pub(crate) fn outcomes(
     laid: &Laid,
     commands: &Commands,
     settings: &Settings,
-    heights: &[f64],
+    plan: &SurfacePlan,
 ) -> Vec<LayerOutcome> {
+    let heights = &plan.heights;
     let last = heights.last().copied().unwrap_or(0.0);
     let all = || heights.iter().copied().chain(std::iter::repeat(last));
     // of a layer its bottom and its top, from what everything stands on
@@ -207,7 +209,13 @@ pub(crate) fn outcomes(
     let passes = laid.path.chunk_by(|a, b| layer(a) == layer(b));
     let pass = |points: &[LaidPoint]| {
         let number = layer(points.first()?)?;
-        Some(outcome(number, points, (commands, settings), ends(number)))
+        let inner = inner(points, plan, number, settings.bead.width.value);
+        Some(outcome(
+            (number, ends(number)),
+            (points, &inner),
+            commands,
+            settings,
+        ))
     };
     passes.filter_map(pass).collect()
 }
@@ -227,21 +235,36 @@ pub(super) fn tube_place(p: &LaidPoint, commands: &Commands) -> TubePlace {
     }
 }
 
+/// The points of a layer on a body more than a bead's width from its rim, where beads slump, as on flat layers; all of a narrower one, and
+/// of a wall.
+fn inner(points: &[LaidPoint], plan: &SurfacePlan, number: u32, width: f64) -> Vec<LaidPoint> {
+    let layer = plan.layers.iter().find(|l| l.number == number);
+    let rims = layer.map_or(&[][..], |l| &l.rims[..]);
+    let near = Segments::new(rims.iter().map(Vec::as_slice), width);
+    let inner = |p: &&LaidPoint| near.nearest(p.tool, width).is_none();
+    let inner: Vec<LaidPoint> = points.iter().filter(inner).copied().collect();
+    if inner.is_empty() {
+        points.to_vec()
+    } else {
+        inner
+    }
+}
+
 /// What was predicted of one pass.
 fn outcome(
-    number: u32,
-    points: &[LaidPoint],
-    (commands, settings): (&Commands, &Settings),
-    [bottom, planned_top]: [f64; 2],
+    (number, [bottom, planned_top]): (u32, [f64; 2]),
+    (points, inner): (&[LaidPoint], &[LaidPoint]),
+    commands: &Commands,
+    settings: &Settings,
 ) -> LayerOutcome {
     let (nominal, width) = (settings.deposit.nominal_ctwd, settings.bead.width.value);
     let mean = |f: &dyn Fn(&LaidPoint) -> f64| {
-        points.iter().map(f).sum::<f64>() / points.len().max(1) as f64
+        inner.iter().map(f).sum::<f64>() / inner.len().max(1) as f64
     };
     // how much higher than planned the metal stands on the bead's axis, along the torch
     let height = planned_top - bottom;
     let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - height;
-    let mut heights: Vec<f64> = points.iter().map(higher).collect();
+    let mut heights: Vec<f64> = inner.iter().map(higher).collect();
     heights.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| {
         let last = heights.len().saturating_sub(1) as f64;
@@ -254,9 +277,9 @@ fn outcome(
         .min_by(nearer)
         .zip(points.iter().max_by(nearer));
     let thickness = mean(&|p| p.thickness);
-    let thickest = mean_along(points, |p| (p.bead, p.tool, p.thickness), width)
+    let thickest = mean_along(inner, |p| (p.bead, p.tool, p.thickness), width)
         .into_iter()
-        .zip(points)
+        .zip(inner)
         .max_by(|a, b| a.0.total_cmp(&b.0));
     LayerOutcome {
         layer: number,

@@ -37,7 +37,7 @@ pub(super) fn checks(
     };
     let of = |laid: &Laid| -> Result<Vec<Check>, VoxelsError> {
         let growth = settings.growth_error(plan.single());
-        let layers = outcomes(laid, commands, settings, &plan.heights);
+        let layers = outcomes(laid, commands, settings, plan);
         let ctwd: Vec<TubePlace> = laid.path.iter().map(|p| tube_place(p, commands)).collect();
         let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
         checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
@@ -52,7 +52,9 @@ pub(super) fn checks(
         (Err(why), _) | (_, Err(why)) => return vec![without_room(&why)],
     };
     let fine = fine.into_iter();
-    let mut checks: Vec<Check> = fine.map(|check| converged(check, &coarse)).collect();
+    let mut checks: Vec<Check> = fine
+        .map(|check| converged(check, &coarse, &plan.ground))
+        .collect();
     doubt::undecided(&mut checks, &doubts(grown, plan, settings));
     checks
 }
@@ -99,8 +101,11 @@ fn loose(laid: &Laid, commands: &Commands, limit: f64) -> Check {
 }
 
 /// What the finer voxels say; what the coarser ones differ by is part of its uncertainty.
-fn converged(fine: Check, coarse: &[Check]) -> Check {
-    let advice = remedy(&fine.id);
+fn converged(fine: Check, coarse: &[Check], ground: &Ground) -> Check {
+    let advice = match ground {
+        Ground::Base(_) => remedy(&fine.id),
+        Ground::Body(_) => onto::remedy(&fine.id),
+    };
     let other = coarse.iter().find(|c| c.id == fine.id);
     let other = other.and_then(|c| c.value.as_ref());
     let (Some(value), Some(limit)) = (&fine.value, fine.limit) else {
@@ -214,7 +219,7 @@ pub(super) fn facts(
         Measure::exact(1e-3 * laid.volume, "cm³"),
         &words,
     );
-    let layers = outcomes(laid, commands, settings, &plan.heights);
+    let layers = outcomes(laid, commands, settings, plan);
     let distances = laid.path.iter().map(|p| p.ctwd).collect();
     let tube = tube::distribution(&layers, distances);
     std::iter::once(balance).chain(tube).collect()

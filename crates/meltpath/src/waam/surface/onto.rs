@@ -89,38 +89,101 @@ pub(super) fn part_checks(
         voxels.fill_mesh(mesh)?;
         Ok::<Voxels, VoxelsError>(voxels)
     };
-    let (part, body) = (filled(&meshes.part)?, filled(&meshes.body)?);
-    let (added, lack) = (beyond(&part, &body), beyond(&part, built));
-    let share = 100.0 * lack / added.max(f64::MIN_POSITIVE);
+    let wanted = Wanted {
+        part: filled(&meshes.part)?,
+        body: filled(&meshes.body)?,
+        near: Distance::new(&meshes.body),
+    };
+    let far = |p: DVec3| {
+        wanted
+            .near
+            .foot(p)
+            .map_or((0.0, DVec3::ZERO), |f| (f.distance, f.outward))
+    };
+    let [added, lack, low] = wanted.lacking(built, |height| growth.at(height));
+    let share = |volume: f64| 100.0 * volume / added.max(f64::MIN_POSITIVE);
     let lack = Check::judge(
         "lack",
         "lack of metal, share of the volume to be added",
-        // a share of growth too little is that share of the top layer alone where there is stock: all of it is the safe side
-        Measure::new(share, 100.0 * growth.share * share.min(100.0), "%"),
+        Measure::new(share(lack), share(low - lack), "%"),
         Limit::AtMost(100.0 * settings.limits.lack),
     );
-    let advice = "raise target.allowance, or take a narrower bead";
-    let body = Distance::new(&meshes.body);
-    let far = |p: DVec3| body.foot(p).map_or(0.0, |f| f.distance);
     let points = lattice(&meshes.part, SPACING);
     // where the part is less than half a layer out of the body nothing is laid
     let least = 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing);
-    let free = points.into_par_iter().filter(|p| far(p.position) > least);
+    let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
     let reach = (REACH.0 * settings.allowance).max(REACH.1);
     let found: Vec<(f64, SurfacePoint)> = free.map(|p| (stock(built, &p, reach), p)).collect();
     let thinnest = found.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let mut checks = vec![lack.remedy(advice)];
+    let mut checks = vec![lack];
     checks.extend(thinnest.map(|(stock, p)| {
-        let sigma = growth.share * far(p.position);
+        let (height, growing) = far(p.position);
+        // a side stays where it is, however the layers grow
+        let sigma = growth.at(height) * p.normal.dot(growing).abs();
         let check = Check::judge(
             "stock",
             "machining stock over the finished part",
             Measure::new(*stock, sigma, "mm"),
             Limit::AtLeast(settings.limits.stock_min),
         );
-        check.at(Place::at(p.position.to_array())).remedy(advice)
+        check.at(Place::at(p.position.to_array()))
     }));
     Ok(checks)
+}
+
+/// What mends a check of the metal.
+pub(super) fn remedy(id: &str) -> &'static str {
+    match id {
+        "height" => {
+            "layers.height = \"auto\", or the height corrected at the machine every few layers"
+        }
+        "flatness" | "accumulation" => {
+            "another fill.strategy, a smaller fill.stepover, or more machine.smoothing where the torch waits at corners"
+        }
+        "loose" => "target.allowance, so that beads at the rim lie on metal; or a narrower bead",
+        "lack" | "stock" => {
+            "raise target.allowance, target.allowance_top over faces that show away from the body, or take a narrower bead"
+        }
+        _ => "layers.height = \"auto\", or a machine.ctwd farther from the limit",
+    }
+}
+
+/// What is to be there, in voxels.
+struct Wanted {
+    part: Voxels,
+    body: Voxels,
+    near: Distance,
+}
+
+impl Wanted {
+    /// Volumes, mm³: what the part adds to the body, what of it lacks, and what would lack if the metal at each height over the body were
+    /// lower by what `off` tells of the height.
+    fn lacking(&self, built: &Voxels, off: impl Fn(f64) -> f64 + Sync) -> [f64; 3] {
+        let (low, high) = built.bounds();
+        let cell = built.cell();
+        let count = ((high - low) / cell).round().to_array().map(|n| n as u64);
+        let slab = |k: u64| -> [f64; 3] {
+            let mut sums = [0.0; 3];
+            for (i, j) in (0..count[1]).flat_map(|j| (0..count[0]).map(move |i| (i, j))) {
+                let p = low + cell * (DVec3::new(i as f64, j as f64, k as f64) + 0.5);
+                let (part, body) = (self.part.sample(p), self.body.sample(p));
+                if part <= body {
+                    continue;
+                }
+                let higher = self
+                    .near
+                    .foot(p)
+                    .map_or(p, |f| p + off(f.distance.max(0.0)) * f.outward);
+                let bare = |at: DVec3| (part - built.sample(at).max(body)).max(0.0);
+                let own = [part - body, bare(p), bare(higher)];
+                sums = [0, 1, 2].map(|n| sums[n] + own[n]);
+            }
+            sums
+        };
+        // summed in one order on any number of threads
+        let slabs: Vec<[f64; 3]> = (0..count[2]).into_par_iter().map(slab).collect();
+        [0, 1, 2].map(|n| slabs.iter().map(|s| s[n]).sum::<f64>() * cell.powi(3))
+    }
 }
 
 /// Metal over a point of the part's surface along its normal, mm; below zero where it is missing.
@@ -134,27 +197,4 @@ fn stock(built: &Voxels, point: &SurfacePoint, reach: f64) -> f64 {
         far += step;
     }
     if bare { -far } else { far }
-}
-
-/// Volume that `of` holds and `other` does not, voxel by voxel, mm³.
-fn beyond(of: &Voxels, other: &Voxels) -> f64 {
-    let (low, high) = of.bounds();
-    let cell = of.cell();
-    let count = ((high - low) / cell).round().to_array().map(|n| n as u64);
-    let slab = |k: u64| -> f64 {
-        let mut sum = 0.0;
-        for j in 0..count[1] {
-            for i in 0..count[0] {
-                let p = low + cell * (DVec3::new(i as f64, j as f64, k as f64) + 0.5);
-                let own = of.sample(p);
-                if own > 0.0 {
-                    sum += (own - other.sample(p)).max(0.0);
-                }
-            }
-        }
-        sum
-    };
-    // summed in one order on any number of threads
-    let slabs: Vec<f64> = (0..count[2]).into_par_iter().map(slab).collect();
-    slabs.iter().sum::<f64>() * cell.powi(3)
 }
