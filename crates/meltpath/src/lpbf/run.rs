@@ -27,7 +27,7 @@ use super::heat::{self, BeamRecord};
 use super::plan::{Plan, plan};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
-use super::{motion, optimise, refuse};
+use super::{motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::work::Work;
@@ -122,6 +122,12 @@ pub fn run(
                 motion::write_while(&folder, &name, form, |sink| run.execute(Some(sink)))??
             }
         });
+    }
+    if settings.job.output.toolpath.is_some() {
+        let named = (&*views::lpbf::title(path), &plan.work);
+        for (k, recipe) in recipes.iter().enumerate() {
+            toolpath_file::write(&folder, k + 1, named, recipe)?;
+        }
     }
     let mut checks = checks(settings, &results, &reporter);
     let mut facts = views::lpbf::facts(&plan, &results);

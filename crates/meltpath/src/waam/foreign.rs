@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
+use meltpath_programs::Program;
 use meltpath_robot::command::{Command, Source};
 
 use super::error::WaamError;
@@ -28,7 +29,8 @@ use crate::waam::drive::travels;
 use crate::waam::judge::checks::{borrowed_check, build_facts, programmed, range_check};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::own::own_plan;
-use crate::waam::program::files;
+use crate::waam::plan::planned::read_back;
+use crate::waam::program::{files, toolpath_file};
 
 /// Beads may begin so far from the plate, mm, before it is asked where the plate lies: a third of the usual distance of the contact tube.
 const FROM_THE_PLATE: f64 = 5.0;
@@ -36,7 +38,7 @@ const FROM_THE_PLATE: f64 = 5.0;
 /// Layers that begin nearer to each other end at the same height, mm.
 const SAME_HEIGHT: f64 = 0.5;
 
-/// Simulates a program, or the main program of a folder, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
+/// Simulates a program, the main program of a folder, or a 3MF toolpath, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
 /// names one, and a program of a plan of that job as the plan, with what it chose. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
 /// say that they cannot say, and why.
 ///
@@ -57,11 +59,24 @@ pub fn simulate_program(
     let settings = &told;
     let cell = &settings.cell.program;
     let main = &files::main_of(main, cell)?;
-    let (parsed, files) = files::read(main, cell, &reporter)?;
-    let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
-    commands.lower(settings.plate_height.unwrap_or(0.0));
-    travels::pace(&parsed, &mut commands, settings, observer);
-    let commands = commands;
+    let Executed {
+        parsed,
+        files,
+        commands,
+    } = if toolpath_file::is_package(main) {
+        let name = loaded.as_ref().map_or("toolpath", |l| &l.name);
+        of_toolpath((main, name), settings, (&reporter, observer))?
+    } else {
+        let (parsed, files) = files::read(main, cell, &reporter)?;
+        let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
+        commands.lower(settings.plate_height.unwrap_or(0.0));
+        travels::pace(&parsed, &mut commands, settings, observer);
+        Executed {
+            parsed,
+            files,
+            commands,
+        }
+    };
     let folder = home.create()?;
     let part = loaded
         .as_ref()
@@ -143,6 +158,29 @@ pub fn simulate_program(
     Ok(Outcome {
         folder: folder.commit()?,
         verdict,
+    })
+}
+
+/// What is simulated, and from which files.
+struct Executed {
+    parsed: Vec<Program>,
+    files: Vec<PathBuf>,
+    commands: Commands,
+}
+
+/// A toolpath says what is laid, not how one goes there: the job's cell does that, as it does for a plan of the job's own.
+fn of_toolpath(
+    (path, name): (&Path, &str),
+    settings: &Settings,
+    told: (&Reporter, &dyn Observer),
+) -> Result<Executed, WaamError> {
+    let (mut toolpath, gaps) = toolpath_file::read(path, settings)?;
+    let (programs, mut commands) = read_back(name, &mut toolpath, settings, told)?;
+    commands.gaps.extend(gaps);
+    Ok(Executed {
+        parsed: programs.parsed,
+        files: vec![path.to_path_buf()],
+        commands,
     })
 }
 

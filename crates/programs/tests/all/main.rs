@@ -11,5 +11,6 @@ mod logic;
 mod others;
 mod source;
 mod told;
+mod toolpath_3mf;
 mod track;
 mod weaving;
