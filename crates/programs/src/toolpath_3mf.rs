@@ -3,7 +3,8 @@
 //! Source: 3MF Toolpath Extension 1.0, release candidate (3MF Consortium, BSD-2-Clause), namespace of March 2026. Such a package holds what
 //! is laid or marked and with what, never the ways between: who executes it chooses them.
 //!
-//! **Frames.** Positions are those of the part as it lies in the build, z up, whole multiples of [`words::STEP`] mm in files that are written here. The
+//! **Frames.** Positions are those of the part as it lies in the build, z up; files that are written here count beads in micrometres and marks of a beam in
+//! tenths of one. The
 //! quaternion of a point turns the build's axes into those of the tool. Its z points from the work to the tool, as [`Pass::axis`] does, so that a
 //! torch that points straight down has the identity; z of the torch frames of controllers points the other way. What the rotation leaves about z is
 //! [`Pass::turn`].

@@ -30,6 +30,7 @@ use super::settings::{self, Settings};
 use super::{motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
+use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
 use crate::lpbf::plan::work::Work;
 use crate::outcome::{Examined, Outcome, RunFolder};
 use crate::tune::choose::ready_for;
@@ -130,6 +131,7 @@ pub fn run(
         }
     }
     let mut checks = checks(settings, &results, &reporter);
+    undecided(&mut checks, &plan.work);
     let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
         optimise::tell(found, &mut checks, &mut facts);
@@ -159,6 +161,22 @@ pub fn run(
         folder: commit(folder)?,
         verdict,
     })
+}
+
+/// Takes the decision from checks of marks that say more than is followed.
+fn undecided(checks: &mut [Check], work: &Work) {
+    let said = work.not_followed();
+    if said.is_empty() {
+        return;
+    }
+    for check in checks.iter_mut().filter(|c| c.status != Status::NotChecked) {
+        check.status = Status::CannotSay;
+        check.reason = format!(
+            "not all that the file says is followed: {}",
+            said.join("; ")
+        );
+        check.remedy = Some(LEFT_TO_THE_JOB.to_owned());
+    }
 }
 
 fn commit(folder: OutputFolder) -> Result<std::path::PathBuf, OutputError> {

@@ -57,8 +57,7 @@ pub fn simulate_program(
         None => defaults(main, &reporter)?,
     };
     let settings = &told;
-    let cell = &settings.cell.program;
-    let main = &files::main_of(main, cell)?;
+    let main = &files::main_of(main, &settings.cell.program)?;
     let Executed {
         parsed,
         files,
@@ -67,19 +66,13 @@ pub fn simulate_program(
         let name = loaded.as_ref().map_or("toolpath", |l| &l.name);
         of_toolpath((main, name), settings, (&reporter, observer))?
     } else {
-        let (parsed, files) = files::read(main, cell, &reporter)?;
-        let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
-        commands.lower(settings.plate_height.unwrap_or(0.0));
-        travels::pace(&parsed, &mut commands, settings, observer);
-        Executed {
-            parsed,
-            files,
-            commands,
-        }
+        of_program(main, settings, (&reporter, observer))?
     };
     let folder = home.create()?;
+    // a surface is no part to hold metal against
     let part = loaded
         .as_ref()
+        .filter(|loaded| loaded.settings.surface.is_none())
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
     let own = match (&loaded, &part) {
@@ -168,13 +161,34 @@ struct Executed {
     commands: Commands,
 }
 
+/// A program and those that it calls, lowered to the plate.
+fn of_program(
+    main: &Path,
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Executed, WaamError> {
+    let (parsed, files) = files::read(main, &settings.cell.program, reporter)?;
+    let mut commands = program::commands(&parsed, &[], settings, reporter)?;
+    commands.lower(settings.plate_height.unwrap_or(0.0));
+    travels::pace(&parsed, &mut commands, settings, observer);
+    Ok(Executed {
+        parsed,
+        files,
+        commands,
+    })
+}
+
 /// A toolpath says what is laid, not how one goes there: the job's cell does that, as it does for a plan of the job's own.
 fn of_toolpath(
     (path, name): (&Path, &str),
     settings: &Settings,
     told: (&Reporter, &dyn Observer),
 ) -> Result<Executed, WaamError> {
-    let (mut toolpath, gaps) = toolpath_file::read(path, settings)?;
+    let (mut toolpath, smoothing, gaps) = toolpath_file::read(path, settings)?;
+    let settings = &Settings {
+        smoothing: smoothing.map_or(settings.smoothing, |s| s.0),
+        ..settings.clone()
+    };
     let (programs, mut commands) = read_back(name, &mut toolpath, settings, told)?;
     commands.gaps.extend(gaps);
     Ok(Executed {
@@ -217,7 +231,11 @@ fn foreign_checks(
         checks.push(Check::not_checked(
             "part",
             "lack, excess and stock against the part",
-            "no job was given: name one with --job to judge the part",
+            if settings.surface.is_some() {
+                "the job builds a wall along a surface, which `meltpath run` judges"
+            } else {
+                "no job was given: name one with --job to judge the part"
+            },
         ));
     }
     checks.extend(layer_checks(laid.layers, &growth, limits, remedies));
@@ -232,6 +250,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
         (!commands.weaves.is_empty()).then(doubt::of_weaves),
+        settings.surface.is_some().then(of_surface),
         turning(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
@@ -333,6 +352,14 @@ fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
 
 /// Facts that count only where the wire is known.
 const OF_THE_WIRE: [&str; 3] = ["wire-mass", "wire-feed", "energy"];
+
+/// Metal is laid in columns from the plate up here, which a wall along a surface does not stand on.
+fn of_surface() -> Doubt {
+    Doubt {
+        reason: "the job builds a wall along a surface, and what is read is laid as if it stood on the plate: layers are judged by one height".to_owned(),
+        remedy: "run the job: `meltpath run` lays the wall along its surface".to_owned(),
+    }
+}
 
 /// Without a job nobody says which wire, gas and mode lay the metal.
 fn no_job() -> Doubt {

@@ -59,7 +59,7 @@ impl Loaded {
         inputs::write(folder, &self.path, &self.text, &self.settings.own)?;
         folder.write("toolpath.melt", |w| storage::write(toolpath, w))?;
         if self.settings.toolpath.is_some() {
-            let bytes = toolpath_file::packed(toolpath, part)?;
+            let bytes = toolpath_file::packed(toolpath, part, &self.settings)?;
             folder.write(toolpath_file::NAME, |w| w.write_all(&bytes))?;
         }
         for file in programs {

@@ -22,6 +22,8 @@ pub struct Found {
     pub profile: String,
     /// What is not followed.
     pub what: String,
+    /// Whether it shapes, or may shape, what is laid or marked.
+    pub shapes: bool,
 }
 
 /// What goes on from layer to layer.
@@ -80,7 +82,7 @@ impl<'a> Reading<'a> {
             let number = *self.progress.parts.entry(uuid).or_insert(next);
             self.parts.insert(id, number).is_none()
         } else {
-            let index = self.resource.profiles.iter().position(|p| p.uuid == uuid);
+            let index = self.resource.by_uuid.get(&uuid).copied();
             let index = index
                 .ok_or_else(|| broken(format!("the profile {uuid} is none of the toolpath's")))?;
             self.profiles.insert(id, index).is_none()
@@ -202,24 +204,25 @@ impl<'a> Reading<'a> {
             Kind::Planar => said.not_followed(),
             Kind::ThreeAxis | Kind::SixAxis => said.gaps(),
         };
-        for what in all {
-            self.tell(profile, what);
+        for (what, shapes) in all {
+            self.tell(profile, what, shapes);
         }
     }
 
     /// Tells that nobody knows what a word does, once.
     fn unknown(&mut self, profile: usize, name: &str) {
         if self.progress.told.insert(format!("name {name}")) {
-            self.tell(profile, format!("what {name} does is not known here"));
+            self.tell(profile, format!("what {name} does is not known here"), true);
         }
     }
 
-    fn tell(&mut self, profile: usize, what: String) {
+    fn tell(&mut self, profile: usize, what: String, shapes: bool) {
         self.progress.found.push(Found {
             part: self.part.to_owned(),
             segment: self.segments,
             profile: self.resource.profiles[profile].name.clone(),
             what,
+            shapes,
         });
     }
 

@@ -9,6 +9,9 @@ use super::xml::{Fault, Start, Words, broken, count, number, positive, words};
 /// How many factors there are.
 pub(super) const FACTORS: [&str; 4] = ["e", "f", "g", "h"];
 
+/// What is not followed, and whether it shapes what is laid or marked.
+pub(super) type Remark = (String, bool);
+
 /// A value that points vary: between `least` and `most`, by a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Modifier {
@@ -51,6 +54,8 @@ pub(super) struct SaidProfile {
     /// Waits before and after, s.
     pub(super) waits: [Option<f64>; 2],
     pub(super) wire_feed: Option<f64>,
+    /// How much corners are smoothed, 0 to 1.
+    pub(super) smoothing: Option<f64>,
     /// What nobody here knows: name and value.
     pub(super) others: Vec<(String, String)>,
     pub(super) modifiers: Vec<Modifier>,
@@ -84,6 +89,12 @@ impl SaidProfile {
             (Words::Own, "prewaittime") => self.waits[0] = micros()?,
             (Words::Own, "postwaittime") => self.waits[1] = micros()?,
             (Words::Ours, "wirefeed") => self.wire_feed = above(false)?,
+            (Words::Ours, "smoothing") => {
+                self.smoothing = above(true)?;
+                if self.smoothing > Some(1.0) {
+                    return Err(broken(format!("{name}=\"{text}\" is not between 0 and 1")));
+                }
+            }
             (Words::Own, _) => {
                 return Err(broken(format!(
                     "a profile has no attribute `{name}`, and what others add has a namespace"
@@ -158,7 +169,7 @@ impl SaidProfile {
     }
 
     /// Why the metal of a profile that deposits in space is not all that it says; each with what.
-    pub(super) fn gaps(&self) -> Vec<String> {
+    pub(super) fn gaps(&self) -> Vec<Remark> {
         let mut all = Vec::new();
         if self.deposition_speed.is_none() {
             all.push("it says no speed (depositionspeed)".to_owned());
@@ -173,29 +184,31 @@ impl SaidProfile {
             all.push("its laser (laserpower) is not simulated, metal is laid by an arc".to_owned());
         }
         all.extend(self.unknown());
-        all
+        all.into_iter().map(|what| (what, true)).collect()
     }
 
     /// What is not followed of a profile that a beam marks with in a plane.
-    pub(super) fn not_followed(&self) -> Vec<String> {
+    pub(super) fn not_followed(&self) -> Vec<Remark> {
         let mut all = Vec::new();
         if self.waits.iter().flatten().any(|t| *t > 0.0) {
-            all.push("its waits (prewaittime, postwaittime) are those of the recipe".to_owned());
-        }
-        if self.jump_speed.is_some() {
-            all.push("its jumpspeed is that of the recipe".to_owned());
+            all.push("its waits (prewaittime, postwaittime) are left to the recipe".to_owned());
         }
         if let Some(focus) = self.focus.filter(|f| *f != 0.0) {
             all.push(format!("its laserfocus of {focus} mm is not followed"));
         }
         if let Some(radius) = self.spot_radius {
-            all.push(format!("its spotradius of {radius} mm is that of the head"));
+            all.push(format!("its spotradius of {radius} mm is left to the head"));
         }
         if self.deposition_speed.is_some() || self.wire_feed.is_some() {
             all.push("what it says of a deposited bead is not followed".to_owned());
         }
         all.extend(self.unknown());
-        all
+        let shapes = all.into_iter().map(|what| (what, true));
+        let jumps = self.jump_speed.map(|_| {
+            let what = "its jumpspeed is left to the recipe".to_owned();
+            (what, false)
+        });
+        shapes.chain(jumps).collect()
     }
 
     fn unknown(&self) -> impl Iterator<Item = String> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::io::{Read, Seek};
 
+use meltpath_base::Ratio;
 use meltpath_geometry::io::threemf::Package;
 use meltpath_toolpath::{Layer, Profile, Toolpath};
 
@@ -94,6 +95,13 @@ impl<R: Read + Seek> Reader<R> {
         said.collect()
     }
 
+    /// How much corners of beads are smoothed, where the profiles say the same.
+    fn smoothing(&self) -> Option<Ratio> {
+        let mut said = self.resource.profiles.iter().map(|p| p.smoothing);
+        let first = said.next()??;
+        said.all(|s| s == Some(first)).then_some(Ratio(first))
+    }
+
     /// What was not followed in the layers that were read since the last call.
     pub fn found(&mut self) -> Vec<Found> {
         std::mem::take(&mut self.progress.found)
@@ -139,6 +147,8 @@ impl<R: Read + Seek> Iterator for Reader<R> {
 pub struct SpatialPath {
     /// The path. A profile that says no speed or no wire feed has 0 there.
     pub toolpath: Toolpath,
+    /// How much corners within beads are smoothed, of what the controller can, where the file says it.
+    pub smoothing: Option<Ratio>,
     /// What is not followed, each once.
     pub found: Vec<Found>,
 }
@@ -164,6 +174,7 @@ pub fn read_spatial(from: impl Read + Seek) -> Result<SpatialPath, ToolpathFileE
     }
     toolpath.layers.retain(|l| !l.is_empty());
     Ok(SpatialPath {
+        smoothing: reader.smoothing(),
         found: reader.found(),
         toolpath,
     })

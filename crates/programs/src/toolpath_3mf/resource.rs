@@ -1,6 +1,6 @@
 //! The model of a package: which toolpath is built, its profiles, its layers.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 
 use meltpath_geometry::io::threemf::{CORE, Limited, PRODUCTION, unit_in_mm};
@@ -31,6 +31,11 @@ const REFUSED: [(&str, &str); 4] = [
     ("/beamlattice/", "beam lattice"),
 ];
 
+/// Most toolpaths of a model, profiles of one, and layers.
+const MOST_TOOLPATHS: usize = 1000;
+const MOST_PROFILES: usize = u16::MAX as usize;
+const MOST_LAYERS: usize = 1_000_000;
+
 /// A toolpath of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Resource {
@@ -39,6 +44,9 @@ pub(super) struct Resource {
     /// One device unit, mm.
     pub(super) unit: f64,
     pub(super) profiles: Vec<SaidProfile>,
+    /// Their numbers by their UUIDs, and their names.
+    pub(super) by_uuid: BTreeMap<String, usize>,
+    names: BTreeSet<String>,
     pub(super) layers: Vec<LayerPath>,
     pub(super) lasers: Option<Lasers>,
 }
@@ -106,6 +114,9 @@ impl Model {
 
     fn resource(&mut self, start: &Start<'_, '_>) -> Result<(), Fault> {
         let id = start.count("id", 1)?;
+        if self.all.len() >= MOST_TOOLPATHS {
+            return Err(broken(format!("more than {MOST_TOOLPATHS} toolpaths")));
+        }
         if self.all.iter().any(|r| r.id == id) {
             return Err(broken(format!("the toolpath {id} is defined twice")));
         }
@@ -123,6 +134,8 @@ impl Model {
             kind,
             unit: factor * self.unit,
             profiles: Vec::new(),
+            by_uuid: BTreeMap::new(),
+            names: BTreeSet::new(),
             layers: Vec::new(),
             lasers: None,
         });
@@ -139,6 +152,9 @@ impl Model {
         let top = start.text("ztop")?;
         let top = top.map(|t| count("ztop", &t, 0)).transpose()?;
         let resource = self.last()?;
+        if resource.layers.len() >= MOST_LAYERS {
+            return Err(broken(format!("more than {MOST_LAYERS} layers")));
+        }
         let plane = resource.kind == Kind::Planar;
         if plane != top.is_some() {
             return Err(broken(format!(
@@ -201,20 +217,19 @@ impl Visitor for Model {
             }
             Element::Profile => {
                 let profile = SaidProfile::read(start)?;
-                let all = &mut self.last()?.profiles;
-                if all
-                    .iter()
-                    .any(|p| p.uuid == profile.uuid || p.name == profile.name)
-                {
+                let toolpath = self.last()?;
+                let number = toolpath.profiles.len();
+                if number >= MOST_PROFILES {
+                    return Err(broken(format!("more than {MOST_PROFILES} profiles")));
+                }
+                let known = toolpath.by_uuid.insert(profile.uuid.clone(), number);
+                if known.is_some() || !toolpath.names.insert(profile.name.clone()) {
                     return Err(broken(format!(
                         "the profile \"{}\" is defined twice",
                         profile.name
                     )));
                 }
-                if all.len() >= usize::from(u16::MAX) {
-                    return Err(broken("more than 65535 profiles"));
-                }
-                all.push(profile);
+                toolpath.profiles.push(profile);
             }
             Element::Modifier => {
                 let resource = self.last()?;

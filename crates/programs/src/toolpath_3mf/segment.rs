@@ -10,8 +10,8 @@ use super::walk::Element;
 use super::words::Form;
 use super::xml::{Fault, Start, Words, broken, count, integer, number};
 
-/// Lines stand for an arc where they keep so close to it, mm: the digits of files, and a little more.
-const ON_ARC: f64 = 1e-3;
+/// Lines stand for an arc where they keep so close to it, mm: some digits of files, as all three points that make it are rounded.
+const ON_ARC: f64 = 5e-3;
 
 /// Where a line ends, and what varies along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +20,8 @@ pub(super) struct Corner {
     /// Axis from the part to the tool, and turn about it, rad.
     tool: Option<(DVec3, f64)>,
     factors: [Option<f64>; 4],
-    /// So many lines up to here stand for one arc.
-    arc: usize,
+    /// So many lines lead to the point that an arc goes through, and so many up to here stand for it.
+    arc: Option<[usize; 2]>,
 }
 
 /// A segment.
@@ -42,7 +42,7 @@ struct Said {
     whole: [Option<i32>; 4],
     turn: [Option<f64>; 4],
     factors: [Option<f64>; 4],
-    arc: usize,
+    arc: Option<[usize; 2]>,
 }
 
 const NAMES: [&str; 4] = ["x", "y", "z", ""];
@@ -222,7 +222,9 @@ fn take(
             Ok(None)
         }
         Words::Ours if name == "arc" => {
-            said.arc = count(name, text, 2)? as usize;
+            let (through, lines) = text.split_once(' ').unwrap_or((text, ""));
+            let count = |text| count(name, text, 1).map(|n| n as usize);
+            said.arc = Some([count(through)?, count(lines)?]);
             Ok(None)
         }
         _ => Ok(Some(name.to_owned())),
@@ -234,7 +236,7 @@ fn spans(corners: &[Corner]) -> Vec<(usize, usize)> {
     let mut all = Vec::new();
     let mut to = corners.len() - 1;
     while to > 0 {
-        let lines = corners[to].arc.max(1);
+        let lines = corners[to].arc.map_or(1, |[_, lines]| lines.max(1));
         let from = to.saturating_sub(lines);
         all.push((from, to));
         to = from;
@@ -248,17 +250,24 @@ fn arc(corners: &[Corner]) -> Option<DVec3> {
     let [first, inner @ .., last] = corners else {
         return None;
     };
-    let lines = corners.len() - 1;
-    if lines < 2 || last.arc != lines {
+    let [through, lines] = last.arc?;
+    if lines != corners.len() - 1 || !(1..lines).contains(&through) {
         return None;
     }
-    let via = corners[lines / 2].position;
+    let via = corners[through].position;
     let arc = Arc::through(first.position, via, last.position)?;
-    let on = |(k, corner): (usize, &Corner)| {
-        let at = arc.at((k + 1) as f64 / lines as f64);
-        at.distance(corner.position) < ON_ARC && corner.factors == last.factors
+    let mut before = 0.0;
+    let mut on = |corner: &Corner| {
+        let from_centre = corner.position - arc.centre;
+        let (along, across) = (from_centre.dot(arc.u), from_centre.dot(arc.v));
+        let beside = from_centre.dot(arc.u.cross(arc.v));
+        let angle = across.atan2(along).rem_euclid(std::f64::consts::TAU);
+        let goes_on = angle > before && angle < arc.sweep;
+        before = angle;
+        let near = (along.hypot(across) - arc.radius).hypot(beside) < ON_ARC;
+        goes_on && near && corner.factors == last.factors
     };
-    inner.iter().enumerate().all(on).then_some(via)
+    inner.iter().all(&mut on).then_some(via)
 }
 
 /// How the tool stands at the last point of a pass.

@@ -18,14 +18,14 @@ pub(super) const DRAFT_RELATION: &str =
     "http://schemas.microsoft.com/3dmanufacturing/2019/05/toolpath";
 /// Namespace of what this project says beside the words of the specification; never required, so others pass it over.
 ///
-/// On profiles `wirefeed` (mm/s); on segments `role` (`contour`, `fill`, `skin`, `support`) and `part` (number of the part in the plan); on layers
-/// `number`; on points `arc`: so many lines up to here, that one included, stand for one arc.
+/// On profiles `wirefeed` (mm/s) and `smoothing` (0 to 1: how much corners of beads are smoothed, of what the controller can); on segments `role` (`contour`, `fill`, `skin`, `support`) and `part` (number of the part in the plan); on layers
+/// `number`; on points `arc`: two numbers, how many lines lead to the
+/// point that an arc goes through, and how many up to here stand for that arc.
 pub const NAMESPACE: &str = "https://github.com/meltpath/meltpath/3mf/1";
 
-/// One device unit of the files that are written, mm.
-pub(super) const STEP: f64 = 1e-4;
-/// Its value as files hold it.
-pub(super) const STEP_TEXT: &str = "0.0001";
+/// One device unit of the files that are written, mm: of beads as programs hold it, so that both say the same; of a beam's marks.
+pub(super) const BEAD_STEP: f64 = 1e-3;
+pub(super) const MARK_STEP: f64 = 1e-4;
 /// Distance between an arc and the lines in its place, mm: of beads, and of a beam's marks.
 pub(super) const BEAD_CHORD: f64 = 1e-2;
 pub(super) const MARK_CHORD: f64 = 5e-4;

@@ -12,5 +12,6 @@ mod others;
 mod source;
 mod told;
 mod toolpath_3mf;
+mod toolpath_3mf_of_others;
 mod track;
 mod weaving;

@@ -1,6 +1,7 @@
 //! The zip package around a 3MF model: parts by name, the start part, limits on unpacking (Open Packaging
 //! Conventions, ISO/IEC 29500-2).
 
+use std::collections::BTreeMap;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
 use meltpath_base::Observer;
@@ -23,6 +24,8 @@ const COMPOUND_FILE: [u8; 4] = [0xD0, 0xCF, 0x11, 0xE0];
 #[derive(Debug)]
 pub struct Package<R> {
     zip: ZipArchive<R>,
+    /// Names of parts as they are, by their small letters.
+    names: BTreeMap<String, String>,
 }
 
 /// What one part of a package says of another.
@@ -73,7 +76,13 @@ impl<R: Read + Seek> Package<R> {
             },
             other => package_error(other),
         })?;
-        Ok(Package { zip })
+        let mut names = BTreeMap::new();
+        for name in zip.file_names().filter_map(Result::ok) {
+            names
+                .entry(name.to_ascii_lowercase())
+                .or_insert_with(|| name.into_owned());
+        }
+        Ok(Package { zip, names })
     }
 
     /// Opens a part, whatever the case of its name; `why` tells who needs it.
@@ -86,12 +95,11 @@ impl<R: Read + Seek> Package<R> {
         why: &'static str,
     ) -> Result<Limited<impl Read + use<'_, R>>, ThreeMfError> {
         let found = match self.zip.index_for_name(name) {
-            Some(_) => Some(name.to_owned()),
-            None => {
-                let mut names = self.zip.file_names().filter_map(Result::ok);
-                let found = names.find(|n| n.eq_ignore_ascii_case(name));
-                found.map(std::borrow::Cow::into_owned)
-            }
+            Some(_) => Some(name),
+            None => self
+                .names
+                .get(&name.to_ascii_lowercase())
+                .map(String::as_str),
         };
         let Some(found) = found else {
             return Err(ThreeMfError::MissingPart {
@@ -99,7 +107,7 @@ impl<R: Read + Seek> Package<R> {
                 why,
             });
         };
-        let entry = self.zip.by_name(&found).map_err(package_error)?;
+        let entry = self.zip.by_name(found).map_err(package_error)?;
         let packed = entry.compressed_size();
         Ok(Limited::new(entry, packed))
     }

@@ -27,11 +27,17 @@ pub struct FileLayers {
     until: usize,
     /// The only one that is executed, as the head meets it.
     only: Option<Layer>,
+    /// What shapes the marks of the file and is not followed.
+    pub(in crate::lpbf) not_followed: Vec<String>,
     /// How many are executed, and how many the file has.
     pub(in crate::lpbf) counts: [usize; 2],
     /// The numbers of the first and the last one that are executed.
     pub(in crate::lpbf) numbers: [u32; 2],
 }
+
+/// What to do about what is not followed of a file.
+pub(in crate::lpbf) const LEFT_TO_THE_JOB: &str =
+    "export the file without it, and say it in the recipe or the head's file";
 
 type Read = Box<dyn Iterator<Item = Result<Layer, String>> + Send>;
 
@@ -122,7 +128,9 @@ impl FileLayers {
                 only = (chosen == 1).then_some(layer);
             }
         }
+        let mut not_followed = Vec::new();
         for found in told {
+            let said = format!("profile {}: {}", found.profile, found.what);
             let place = Place {
                 file: Some(format!("{shown}: {}", found.part)),
                 line: Some(found.segment),
@@ -130,10 +138,13 @@ impl FileLayers {
             };
             reporter.warn_at(
                 "toolpath-not-followed",
-                format!("profile {}: {}", found.profile, found.what),
+                said.clone(),
                 place,
-                "say in the job, the recipe or the head's file what it means",
+                LEFT_TO_THE_JOB,
             );
+            if found.shapes {
+                not_followed.push(said);
+            }
         }
         if longest <= 0.0 {
             return Err(format!(
@@ -157,6 +168,7 @@ impl FileLayers {
             origin,
             until,
             only,
+            not_followed,
             counts: [chosen, count],
             numbers,
         })

@@ -97,6 +97,17 @@ impl Work {
         Ok(prepare_layers(self.planned()?, recipe)?)
     }
 
+    /// What shapes the marks of a file and is not followed, in words.
+    pub(in crate::lpbf) fn not_followed(&self) -> &[String] {
+        match self {
+            Work::Layers(set) => match &set.source {
+                Source::File(file) => &file.not_followed,
+                Source::Part(_) => &[],
+            },
+            Work::Plate(_) => &[],
+        }
+    }
+
     /// The small job on which delays are tuned: two squares, or up to 4 s of the first layer round the start of its fill.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
+use meltpath_base::Ratio;
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::mesh::NamedMesh;
@@ -32,12 +33,14 @@ pub(in crate::waam) fn is_package(path: &Path) -> bool {
 pub(in crate::waam) fn packed(
     toolpath: &Toolpath,
     (name, mesh): (&str, &Mesh),
+    settings: &Settings,
 ) -> Result<Vec<u8>, ProgramStageError> {
     let part = NamedMesh {
         name: name.to_owned(),
         mesh: mesh.clone(),
     };
-    let bytes = write_spatial(toolpath, part, Cursor::new(Vec::new()))?.into_inner();
+    let smoothing = Ratio(settings.smoothing);
+    let bytes = write_spatial(toolpath, part, smoothing, Cursor::new(Vec::new()))?.into_inner();
     let read = read_spatial(Cursor::new(&bytes));
     match read {
         Ok(read) if read.found.is_empty() && lays_the_same(&read.toolpath, toolpath) => Ok(bytes),
@@ -57,14 +60,15 @@ fn lays_the_same(a: &Toolpath, b: &Toolpath) -> bool {
     a.len() == b.len() && a.iter().zip(&b).all(same)
 }
 
-/// The toolpath of a package, counted from the job's plate on; what it does not say is that of the job's bead, and told.
+/// The toolpath of a package, counted from the job's plate on, and how much it smooths corners, where it says that. What else it does not say is
+/// that of the job's bead, and told.
 ///
 /// # Errors
 /// [`ProgramStageError`] where it cannot be read, or lays nothing.
 pub(in crate::waam) fn read(
     path: &Path,
     settings: &Settings,
-) -> Result<(Toolpath, Vec<Gap>), ProgramStageError> {
+) -> Result<(Toolpath, Option<Ratio>, Vec<Gap>), ProgramStageError> {
     let file = File::open(path).map_err(|source| ProgramStageError::Io {
         path: path.to_path_buf(),
         source,
@@ -95,7 +99,8 @@ pub(in crate::waam) fn read(
     if toolpath.deposited_length() <= 0.0 {
         return Err(ProgramStageError::NoArc(path.display().to_string()));
     }
-    Ok((toolpath, read.found.into_iter().map(gap).collect()))
+    let gaps = read.found.into_iter().map(gap).collect();
+    Ok((toolpath, read.smoothing, gaps))
 }
 
 fn gap(found: Found) -> Gap {

@@ -12,7 +12,7 @@ use quick_xml::escape::escape;
 
 use super::super::error::ToolpathFileWriteError;
 use super::super::identity::uuid;
-use super::super::words::{Kind, LAYER_RELATION, NAMESPACE, STEP, STEP_TEXT, TOOLPATH};
+use super::super::words::{Kind, LAYER_RELATION, NAMESPACE, TOOLPATH};
 
 /// Content type of the parts of layers; the specification leaves it open.
 const LAYER_TYPE: (&str, &str) = ("xml", "application/xml");
@@ -42,6 +42,8 @@ impl WrittenProfile {
 pub(super) struct Package<W: Write + Seek> {
     to: PackageWriter<W>,
     kind: Kind,
+    /// One device unit, mm.
+    step: f64,
     /// Name of what is built, and the identifier of its item, which is made of it and the first layer.
     name: String,
     item: String,
@@ -53,10 +55,15 @@ pub(super) struct Package<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Package<W> {
-    pub(super) fn new(to: W, kind: Kind, name: &str) -> Result<Self, ToolpathFileWriteError> {
+    pub(super) fn new(
+        to: W,
+        (kind, step): (Kind, f64),
+        name: &str,
+    ) -> Result<Self, ToolpathFileWriteError> {
         Ok(Package {
             to: PackageWriter::new(to, &[LAYER_TYPE])?,
             kind,
+            step,
             name: name.to_owned(),
             item: String::new(),
             profiles: Vec::new(),
@@ -116,8 +123,9 @@ impl<W: Write + Seek> Package<W> {
         )?;
         writeln!(
             xml,
-            r#"<tp:toolpathresource id="1" uuid="{}" unitfactor="{STEP_TEXT}" toolpathtype="{}">"#,
+            r#"<tp:toolpathresource id="1" uuid="{}" unitfactor="{}" toolpathtype="{}">"#,
             uuid(&format!("toolpath {}{}", self.item, self.content)),
+            self.step,
             self.kind.name()
         )?;
         writeln!(xml, "<tp:toolpathprofiles>")?;
@@ -170,13 +178,13 @@ fn is_closed(mesh: &Mesh) -> bool {
     !edges.is_empty() && edges.values().all(|n| *n == 0)
 }
 
-/// Device units of a length, mm.
+/// Device units of `step` mm of a length, mm.
 pub(super) fn device(
     pass: PassPlace,
     what: &'static str,
-    value: f64,
+    (value, step): (f64, f64),
 ) -> Result<i32, ToolpathFileWriteError> {
-    let units = (value / STEP).round();
+    let units = (value / step).round();
     if units.abs() <= f64::from(i32::MAX) {
         return Ok(units as i32);
     }
@@ -184,7 +192,7 @@ pub(super) fn device(
         pass,
         what,
         value,
-        wanted: "finite and within 214 m of the origin (mm)",
+        wanted: "finite and within 200 m of the origin (mm)",
     })
 }
 

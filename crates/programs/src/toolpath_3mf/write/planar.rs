@@ -8,7 +8,7 @@ use meltpath_geometry::shapes::cuboid;
 use meltpath_toolpath::{Channel, Layer, Move, Pass, Role};
 
 use super::super::error::ToolpathFileWriteError;
-use super::super::words::{Kind, MARK_CHORD, STEP, role_word};
+use super::super::words::{Kind, MARK_CHORD, MARK_STEP, role_word};
 use super::package::{Package, WrittenProfile, above_zero, device};
 
 /// Heights of a layer's points that differ by less are one, mm.
@@ -28,7 +28,7 @@ pub struct Beam {
 /// Writes a toolpath of layers that a beam marks, one after the other. The same layers give the same bytes.
 ///
 /// What does not mark is left out: jumps, waits, runs before and after lines. Points are kept to
-/// [`STEP`](super::super::words::STEP); arcs become lines within half a micrometre.
+/// 0.1 µm; arcs become lines within half a micrometre.
 pub struct PlanarWriter<W: Write + Seek> {
     package: Package<W>,
     beam: Beam,
@@ -54,7 +54,7 @@ impl<W: Write + Seek> PlanarWriter<W> {
     /// [`ToolpathFileWriteError::Io`].
     pub fn new(to: W, beam: Beam, name: &str) -> Result<Self, ToolpathFileWriteError> {
         Ok(PlanarWriter {
-            package: Package::new(to, Kind::Planar, name)?,
+            package: Package::new(to, (Kind::Planar, MARK_STEP), name)?,
             beam,
             known: Vec::new(),
             marked: None,
@@ -71,7 +71,7 @@ impl<W: Write + Seek> PlanarWriter<W> {
             return Ok(());
         };
         let z = first.points[0].z;
-        let top = device(first.place(), "the height", layer.height + z)?;
+        let top = device(first.place(), "the height", (layer.height + z, MARK_STEP))?;
         if top < 0 {
             return Err(ToolpathFileWriteError::Value {
                 pass: first.place(),
@@ -101,7 +101,7 @@ impl<W: Write + Seek> PlanarWriter<W> {
     pub fn finish(self) -> Result<W, ToolpathFileWriteError> {
         let (low, high) = self.marked.ok_or(ToolpathFileWriteError::Empty)?;
         // nothing is flat
-        let high = high.max(low + DVec3::splat(STEP));
+        let high = high.max(low + DVec3::splat(MARK_STEP));
         self.package.finish(cuboid(low, high))
     }
 
@@ -205,8 +205,8 @@ impl<W: Write + Seek> PlanarWriter<W> {
 fn lines(pass: &Pass<'_>, from: usize, to: usize) -> Result<Vec<[i32; 2]>, ToolpathFileWriteError> {
     let unit = |p: DVec3| -> Result<[i32; 2], ToolpathFileWriteError> {
         Ok([
-            device(pass.place(), "the x of a point", p.x)?,
-            device(pass.place(), "the y of a point", p.y)?,
+            device(pass.place(), "the x of a point", (p.x, MARK_STEP))?,
+            device(pass.place(), "the y of a point", (p.y, MARK_STEP))?,
         ])
     };
     let mut all = vec![unit(pass.points[from])?];

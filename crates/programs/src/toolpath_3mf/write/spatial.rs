@@ -3,32 +3,34 @@
 use std::fmt::Write as _;
 use std::io::{Seek, Write};
 
-use meltpath_geometry::arc::Arc;
+use meltpath_base::Ratio;
 use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_geometry::mesh::NamedMesh;
 use meltpath_toolpath::{Channel, Event, Move, Pass, PassPlace, Profile, Toolpath};
 
 use super::super::error::ToolpathFileWriteError;
 use super::super::frame::quaternion;
-use super::super::words::{BEAD_CHORD, Kind, role_word};
+use super::super::words::{BEAD_CHORD, BEAD_STEP, Kind, role_word};
 use super::package::{Package, WrittenProfile, above_zero, device};
 
-/// Writes the beads of a path in space, and the part that they build; `part` and path lie in the same frame, mm.
+/// Writes the beads of a path in space, and the part that they build; `part` and path lie in the same frame, mm. `smoothing` is that of corners
+/// within beads, a share of what the controller can.
 ///
 /// Every bead is a segment, in order; what lies between beads is not written, nor where track and positioner stand. Points are kept to
-/// [`STEP`](super::super::words::STEP), arcs as lines within 10 µm which say that they are one. The same path gives the same bytes.
+/// 1 µm as in programs, arcs as lines within 10 µm which say that they are one. The same path gives the same bytes.
 ///
 /// # Errors
 /// [`ToolpathFileWriteError`] where the format has no words for a bead: a weave, a dwell or a spot with the arc on.
 pub fn write_spatial<W: Write + Seek>(
     toolpath: &Toolpath,
     part: NamedMesh,
+    smoothing: Ratio,
     to: W,
 ) -> Result<W, ToolpathFileWriteError> {
     let mut beads = toolpath.passes().filter(|p| p.head.role.deposits());
     let plan = Profiles::of(toolpath, &mut beads)?;
-    let mut package = Package::new(to, Kind::SixAxis, &part.name)?;
-    package.profiles = plan.written();
+    let mut package = Package::new(to, (Kind::SixAxis, BEAD_STEP), &part.name)?;
+    package.profiles = plan.written(smoothing);
     let mut text = String::new();
     for layer in &toolpath.layers {
         text.clear();
@@ -135,22 +137,20 @@ impl<'a> Profiles<'a> {
         Ok(())
     }
 
-    fn written(&self) -> Vec<WrittenProfile> {
+    fn written(&self, smoothing: Ratio) -> Vec<WrittenProfile> {
         let mut names: Vec<String> = Vec::new();
         let mut all = Vec::new();
         for (profile, ranges) in self.profiles.iter().zip(&self.ranges) {
             let Some([speed, feed]) = ranges else {
                 continue;
             };
-            let mut name = profile.name.replace(char::is_control, " ");
-            if name.is_empty() || names.contains(&name) {
-                name = format!("{name} {}", names.len() + 1).trim().to_owned();
-            }
+            let name = new_name(&profile.name, &names);
             names.push(name.clone());
             let mut values = format!(
-                r#" depositionspeed="{}" mp:wirefeed="{}""#,
+                r#" depositionspeed="{}" mp:wirefeed="{}" mp:smoothing="{}""#,
                 nominal(profile.speed, *speed),
-                nominal(profile.wire_feed, *feed)
+                nominal(profile.wire_feed, *feed),
+                smoothing.0
             );
             for (word, value) in [("beadwidth", profile.width), ("beadheight", profile.height)] {
                 if value > 0.0 && value.is_finite() {
@@ -214,14 +214,27 @@ impl<'a> Profiles<'a> {
                     }
                 }
             }
-            if point.arc > 1 {
-                let _ = write!(text, r#" mp:arc="{}""#, point.arc);
+            if let Some([through, lines]) = point.arc {
+                let _ = write!(text, r#" mp:arc="{through} {lines}""#);
             }
             text.push_str("/>\n");
         }
         text.push_str("</segment>\n");
         Ok(())
     }
+}
+
+/// A name that no other profile has, as the format asks.
+fn new_name(name: &str, others: &[String]) -> String {
+    let name = name.replace(char::is_control, " ");
+    let numbered = (1..).map(|n| match (n, name.trim()) {
+        (1, name) => name.to_owned(),
+        (n, "") => format!("profile {n}"),
+        (n, name) => format!("{name} {n}"),
+    });
+    let mut free = numbered.filter(|n| !n.is_empty() && !others.contains(n));
+    // there are more numbers than names
+    free.next().unwrap_or_default()
 }
 
 /// What a profile says where nothing varies it.
@@ -244,8 +257,8 @@ struct Point {
     tool: DQuat,
     /// The move that ends here, or goes on from here along an arc.
     ends: Option<usize>,
-    /// So many lines up to here stand for an arc; 0 for none.
-    arc: usize,
+    /// So many lines lead to the point that an arc goes through, and so many up to here stand for it.
+    arc: Option<[usize; 2]>,
 }
 
 /// How the tool stands at point `i` of a pass: upright where it is not said.
@@ -261,22 +274,18 @@ fn points(pass: &Pass<'_>, height: f64) -> Result<Vec<Point>, ToolpathFileWriteE
         at: units(place, pass.points[0], height)?,
         tool: tool(pass, 0),
         ends: None,
-        arc: 0,
+        arc: None,
     }];
     for i in 0..pass.move_count() {
-        let lines = pass.arc(i).map_or(1, |a: Arc| a.chords(BEAD_CHORD).max(2));
+        let inner = inner(pass, i);
         let (from, to) = (tool(pass, i), tool(pass, i + 1));
         let to_shorter = if from.dot(to) < 0.0 { -to } else { to };
         let before = all.len();
-        for n in 1..=lines {
-            let share = n as f64 / lines as f64;
-            let (position, tool) = match pass.arc(i).filter(|_| n < lines) {
-                Some(arc) => (
-                    arc.at(share),
-                    (from * (1.0 - share) + to_shorter * share).normalize(),
-                ),
-                None => (pass.points[i + 1], to),
-            };
+        let between = inner.points.iter().map(|(share, position)| {
+            let tool = (from * (1.0 - share) + to_shorter * *share).normalize();
+            (*position, tool)
+        });
+        for (position, tool) in between.chain([(pass.points[i + 1], to)]) {
             let at = units(place, position, height)?;
             if all.last().is_some_and(|p| p.at == at) {
                 continue;
@@ -285,16 +294,55 @@ fn points(pass: &Pass<'_>, height: f64) -> Result<Vec<Point>, ToolpathFileWriteE
                 at,
                 tool,
                 ends: Some(i),
-                arc: 0,
+                arc: None,
             });
         }
-        if lines > 1 && all.len() == before + lines {
-            if let Some(last) = all.last_mut() {
-                last.arc = lines;
-            }
+        let lines = inner.points.len() + 1;
+        if let (Some(last), Some(through)) = (all.last_mut(), inner.through)
+            && last.ends == Some(i)
+        {
+            last.arc = Some([through, lines]);
+        }
+        if all.len() != before + lines
+            && let Some(last) = all.last_mut()
+        {
+            last.arc = None;
         }
     }
     Ok(all)
+}
+
+/// Points between the ends of a move: with their shares of the way, and how many lines lead to the one that an arc is told by.
+#[derive(Default)]
+struct Inner {
+    points: Vec<(f64, DVec3)>,
+    through: Option<usize>,
+}
+
+fn inner(pass: &Pass<'_>, i: usize) -> Inner {
+    let (Move::Arc { via }, Some(arc)) = (pass.move_at(i), pass.arc(i)) else {
+        return Inner::default();
+    };
+    let from_centre = via - arc.centre;
+    let angle = from_centre.dot(arc.v).atan2(from_centre.dot(arc.u));
+    let share = angle.rem_euclid(std::f64::consts::TAU) / arc.sweep;
+    let lines = arc.chords(BEAD_CHORD) as f64;
+    let count = |share: f64| (lines * share).ceil().max(1.0) as usize;
+    let (before, after) = (count(share), count(1.0 - share));
+    let mut points: Vec<(f64, DVec3)> = Vec::with_capacity(before + after);
+    for k in 1..before {
+        let t = share * k as f64 / before as f64;
+        points.push((t, arc.at(t)));
+    }
+    points.push((share, via));
+    for k in 1..after {
+        let t = share + (1.0 - share) * k as f64 / after as f64;
+        points.push((t, arc.at(t)));
+    }
+    Inner {
+        points,
+        through: Some(before),
+    }
 }
 
 fn units(
@@ -304,8 +352,8 @@ fn units(
 ) -> Result<[i32; 3], ToolpathFileWriteError> {
     let DVec3 { x, y, z } = position + height * DVec3::Z;
     Ok([
-        device(place, "the x of a point", x)?,
-        device(place, "the y of a point", y)?,
-        device(place, "the z of a point", z)?,
+        device(place, "the x of a point", (x, BEAD_STEP))?,
+        device(place, "the y of a point", (y, BEAD_STEP))?,
+        device(place, "the z of a point", (z, BEAD_STEP))?,
     ])
 }
