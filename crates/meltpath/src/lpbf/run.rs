@@ -105,6 +105,12 @@ pub fn run(
         let layers = plan.work.layers(recipe)?;
         heads.push(ready_for(plain, *settings.job.lpbf.path, layers)?);
     }
+    if settings.job.output.toolpath.is_some() {
+        let named = (&*views::lpbf::title(path), &plan.work);
+        for (k, recipe) in recipes.iter().enumerate() {
+            toolpath_file::write(&folder, k + 1, named, recipe)?;
+        }
+    }
     let mut results = Vec::with_capacity(recipes.len());
     for (k, (recipe, (head, survey))) in recipes.iter().zip(heads.iter().zip(&surveys)).enumerate()
     {
@@ -123,12 +129,6 @@ pub fn run(
                 motion::write_while(&folder, &name, form, |sink| run.execute(Some(sink)))??
             }
         });
-    }
-    if settings.job.output.toolpath.is_some() {
-        let named = (&*views::lpbf::title(path), &plan.work);
-        for (k, recipe) in recipes.iter().enumerate() {
-            toolpath_file::write(&folder, k + 1, named, recipe)?;
-        }
     }
     let mut checks = checks(settings, &results, &reporter);
     undecided(&mut checks, &plan.work);
