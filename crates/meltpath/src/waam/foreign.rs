@@ -232,7 +232,7 @@ fn foreign_checks(
             "part",
             "lack, excess and stock against the part",
             if settings.surface.is_some() {
-                "the job builds a wall along a surface, which `meltpath run` judges"
+                "the job builds a wall along a surface, which a run of the job judges"
             } else {
                 "no job was given: name one with --job to judge the part"
             },
@@ -357,7 +357,7 @@ const OF_THE_WIRE: [&str; 3] = ["wire-mass", "wire-feed", "energy"];
 fn of_surface() -> Doubt {
     Doubt {
         reason: "the job builds a wall along a surface, and what is read is laid as if it stood on the plate: layers are judged by one height".to_owned(),
-        remedy: "run the job: `meltpath run` lays the wall along its surface".to_owned(),
+        remedy: "run the job itself: that lays the wall along its surface".to_owned(),
     }
 }
 
