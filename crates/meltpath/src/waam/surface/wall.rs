@@ -40,7 +40,7 @@ pub(crate) struct Wall {
 }
 
 /// The surface of a job, read and placed.
-pub(super) fn load_sheet(
+pub(in crate::waam) fn load_sheet(
     loaded: &Loaded,
     asked: &Asked,
     reporter: &Reporter,
