@@ -5,6 +5,7 @@
     reason = "a test that fails stops here; its figures are shown with --nocapture"
 )]
 
+mod am_bench;
 mod cases;
 mod chart_between;
 mod chart_simulation;
