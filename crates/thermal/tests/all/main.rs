@@ -11,6 +11,7 @@ mod chart_between;
 mod chart_simulation;
 mod charts;
 mod closed_form;
+mod electron_pools;
 mod laser_tracks;
 mod layers;
 mod levels;
