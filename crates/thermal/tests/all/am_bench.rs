@@ -306,14 +306,24 @@ fn am_bench_2018_02_the_half_looked_at_last() {
     held_against(&LAST);
 }
 
-/// With the absorptivity that others measured.
+/// What does not explain the shallow tracks: the absorptivity that others measured, a narrower spot.
 #[test]
-#[ignore = "a measured track, ten seconds"]
-fn am_bench_2018_02_with_an_absorptivity_that_was_measured() {
-    let seen = drawn(&FIRST[0], on_the_surface(MEASURED_ON_FOILS), 0.005);
-    told(&FIRST[0], 0.005, &seen);
-    let off = [0, 1, 2].map(|n| seen.size[n] / FIRST[0].measured[n] - 1.0);
-    assert!(off[0] < 0.1 && off[1] < -0.15 && off[2] < -0.2, "{off:?}");
+#[ignore = "three measured tracks, fifteen seconds"]
+fn am_bench_2018_02_neither_absorptivity_nor_spot_explains_the_width() {
+    let [wide, fast] = [&FIRST[0], &LAST[1]];
+    let narrow = [wide.beam[0], wide.beam[1], 0.136];
+    let flat = bare().absorptivity.unwrap();
+    for (beam, share, recorded) in [
+        (wide.beam, MEASURED_ON_FOILS, [132.0, 29.0, 277.0]),
+        (fast.beam, MEASURED_ON_FOILS, [115.0, 21.0, 240.0]),
+        (narrow, flat, [133.0, 37.0, 332.0]),
+    ] {
+        let seen = drawn_on(&bare(), beam, on_the_surface(share), 0.005);
+        println!("{beam:?}, {share}: {seen:.0?}");
+        for (size, recorded) in seen.size.iter().zip(recorded) {
+            assert!((size - recorded).abs() < 1.5, "{beam:?}: {seen:?}");
+        }
+    }
 }
 
 #[test]
