@@ -1,19 +1,22 @@
 """Reads what a run wrote with other software, and checks that the files agree with each other.
 
 Usage: readback.py RUN_FOLDER    Exit code 1 when something does not hold. Installs nothing: ci/setup.sh does.
-ParaView files by VTK's own readers, CSV by pandas, Parquet by pyarrow, STL by meshio and VTK.
+ParaView files by VTK's own readers, CSV by pandas, Parquet by pyarrow, STL by meshio and VTK, 3MF toolpaths by xmlschema against the 3MF Consortium's
+schemas (ci/schema).
 """
 
 import json
 import pathlib
 import sys
 import xml.etree.ElementTree as ElementTree
+import zipfile
 
 import meshio
 import numpy as np
 import pandas as pd
 import pyarrow.parquet
 import vtk
+import xmlschema
 from vtk.util.numpy_support import vtk_to_numpy
 
 READERS = {".vtp": vtk.vtkXMLPolyDataReader, ".vti": vtk.vtkXMLImageDataReader, ".vtu": vtk.vtkXMLUnstructuredGridReader}
@@ -135,6 +138,71 @@ def check_stl(path):
     print(f"  {path.name}: {len(triangles)} triangles, {mass.GetVolume() / 1000:.3f} cm3")
 
 
+SCHEMAS = pathlib.Path(__file__).resolve().parent / "schema" / "3mf-toolpath"
+TOOLPATH = "http://schemas.3mf.io/3dmanufacturing/toolpath/2026/03"
+CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
+
+
+def schema(name):
+    return xmlschema.XMLSchema(str(SCHEMAS / name), allow="local")
+
+
+def expect_valid(schema, element, what):
+    errors = list(schema.iter_errors(element))
+    expect(not errors, f"{what}: not valid: {[e.reason for e in errors[:3]]}")
+
+
+def linked(package, part):
+    """The targets of what a part of a package says of others, by relationship type."""
+    folder, _, name = part.rpartition("/")
+    text = package.read(f"{folder}/_rels/{name}.rels".lstrip("/"))
+    return {e.get("Target"): e.get("Type") for e in ElementTree.fromstring(text)}
+
+
+def check_toolpath(path):
+    """A 3MF toolpath: valid by its schemas, every reference resolves, and the beads are as long as the table of the plan says."""
+    package = zipfile.ZipFile(path)
+    expect(package.testzip() is None, f"{path}: damaged")
+    kinds = {e.get("Extension") for e in ElementTree.fromstring(package.read("[Content_Types].xml"))}
+    expect({name.rsplit(".", 1)[-1] for name in package.namelist()} <= kinds, f"{path}: parts without a content type")
+    (start,) = linked(package, "")
+    model = ElementTree.fromstring(package.read(start.lstrip("/")))
+    expect(set(model.get("requiredextensions").split()) == {"p", "tp"}, f"{path}: requires {model.get('requiredextensions')}")
+    build = model.find(f"{{{CORE}}}build")
+    resource = model.find(f".//{{{TOOLPATH}}}toolpathresource[@id='{build.get(f'{{{TOOLPATH}}}toolpathid')}']")
+    whole, of_layer = schema("toolpath_2026_03.xsd"), schema("toolpath_layer_2026_03.xsd")
+    expect_valid(whole, resource, f"{path}: {start}")
+    items = {e.get(f"{{{PRODUCTION}}}UUID") for e in build}
+    profiles = {e.get("uuid") for e in resource.iter(f"{{{TOOLPATH}}}toolpathprofile")}
+    objects = [e for e in model.iter(f"{{{CORE}}}object") if e.get("id") in {i.get("objectid") for i in build}]
+    expect(len(objects) == len(items) > 0, f"{path}: builds nothing")
+    relations, unit = linked(package, start.lstrip("/")), float(resource.get("unitfactor"))
+    lengths, lines = [], 0
+    for layer in resource.iter(f"{{{TOOLPATH}}}toolpathlayer"):
+        name = layer.get("path")
+        expect(relations.get(name) == f"{TOOLPATH}/layer", f"{path}: no relationship leads to {name}")
+        data = ElementTree.fromstring(package.read(name.lstrip("/")))
+        for one in (whole, of_layer):
+            expect_valid(one, data, f"{path}: {name}")
+        expect({e.get("uuid") for e in data.iter(f"{{{TOOLPATH}}}part")} <= items, f"{path}: {name} names a part that is not built")
+        expect({e.get("uuid") for e in data.iter(f"{{{TOOLPATH}}}profile")} <= profiles, f"{path}: {name} names an unknown profile")
+        for segment in data.iter(f"{{{TOOLPATH}}}segment"):
+            points = np.array([[float(e.get(k)) for k in "xyz"] for e in segment.iter(f"{{{TOOLPATH}}}point6d")])
+            lines += max(len(segment) - 1, 0)
+            if len(points):
+                turns = np.array([[float(e.get(k)) for k in "ijkw"] for e in segment])
+                expect(np.abs((turns**2).sum(axis=1) - 1).max() < 1e-6, f"{path}: {name}: quaternions that are not of unit length")
+                lengths.append(unit * np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    table = path.parent / "series" / "passes.csv"
+    if lengths and table.is_file():
+        plan = pd.read_csv(table)
+        laid = plan.length_mm[plan.role.isin(["contour", "fill", "skin", "support"])].to_numpy()
+        same = len(laid) == len(lengths) and np.allclose(laid, lengths, rtol=1e-3, atol=2e-3)
+        expect(same, f"{path}: {len(lengths)} beads of {sum(lengths):.3f} mm, the plan has {len(laid)} of {laid.sum():.3f} mm")
+    print(f"  {path.name}: {resource.get('toolpathtype')}, {lines} lines, {len(lengths)} beads of {sum(lengths) / 1000:.3f} m, valid")
+
+
 def check_json(folder):
     for name, schema in (("verdict.json", "meltpath-verdict/"), ("provenance.json", "meltpath-provenance/")):
         path = folder / name
@@ -162,6 +230,8 @@ def main(arguments):
         expect(len(pd.read_json(path, lines=True)) > 0, f"{path}: no tests")
     for path in sorted(folder.rglob("*.stl")):
         check_stl(path)
+    for path in sorted(folder.rglob("*.3mf")):
+        check_toolpath(path)
     check_json(folder)
     for problem in problems:
         print(f"FAILED {problem}")

@@ -77,9 +77,9 @@ pub(crate) enum Command {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Simulate a robot program: motion, metal and verdict. Programs that other software wrote are welcome.
+    /// Simulate a robot program or a 3MF toolpath: motion, metal and verdict. Those that other software wrote are welcome.
     Simulate {
-        /// The main program (`.ls`); programs that it calls are looked for beside it.
+        /// The main program (`.ls`); programs that it calls are looked for beside it. Or a toolpath of three or six axes (`.3mf`).
         program: PathBuf,
         /// The job that gives process, cell, part and limits; without it stated defaults are used and the part is not judged.
         #[arg(long)]
@@ -90,7 +90,7 @@ pub(crate) enum Command {
     },
     /// Look into a file: a part (size, volume, faults and where), a program, a plan, a robot (joints, reach, frames, guesses).
     Inspect {
-        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
+        /// STEP, STL, 3MF (with its toolpath), `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
         file: PathBuf,
         /// Unit of a part file that carries none: mm, cm, m, in.
         #[arg(long, default_value = "mm", value_parser = unit)]

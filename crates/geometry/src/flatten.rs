@@ -17,7 +17,9 @@ const STEPS: usize = 15;
 /// It rests where vertices move by less than this share of the mean side of its triangles.
 const REST: f64 = 5e-4;
 /// Triangles this much smaller than the mean tell no stretch: their sides are rounding.
-const SHRED: f64 = 0.02;
+const SHRED: f64 = 0.1;
+/// Share of the area that may turn its back: shreds along edges of the body, not more.
+const ROUNDING: f64 = 0.005;
 /// A surface may lean so far from its mean normal, as the cosine: 81°.
 const BACK: f64 = 0.15;
 
@@ -69,16 +71,23 @@ impl Flat {
             return Err(FlattenError::Empty);
         }
         let normal = sum.try_normalize().unwrap_or(DVec3::Z);
+        let (mut back, mut farthest) = (0.0, (1.0, DVec3::ZERO));
         for t in 0..mesh.triangles.len() {
             let own = area(t);
             let cosine = own.normalize_or(normal).dot(normal);
-            if own.length() > SHRED * mean && cosine < BACK {
+            if cosine < BACK {
                 let [a, b, c] = mesh.corners(t);
-                return Err(FlattenError::Back {
-                    angle: cosine.acos(),
-                    at: (a + b + c) / 3.0,
-                });
+                back += own.length();
+                if own.length() > SHRED * mean && cosine < farthest.0 {
+                    farthest = (cosine, (a + b + c) / 3.0);
+                }
             }
+        }
+        if back > ROUNDING * mesh.area() {
+            return Err(FlattenError::Back {
+                angle: farthest.0.acos(),
+                at: farthest.1,
+            });
         }
         let reference = if normal.x.abs() < 0.99 {
             DVec3::X
@@ -112,17 +121,19 @@ impl Flat {
         };
         for t in 0..flat.mesh.triangles.len() {
             let corners = flat.mesh.triangles[t].map(|v| flat.places[v as usize]);
-            let (a, b) = (
+            let (from, to) = (
                 flat.at(corners[0].min(corners[1]).min(corners[2])),
                 flat.at(corners[0].max(corners[1]).max(corners[2])),
             );
-            for y in a[1]..=b[1] {
-                for x in a[0]..=b[0] {
+            for y in from[1]..=to[1] {
+                for x in from[0]..=to[0] {
                     flat.cells[y * count[0] + x].push(t as u32);
                 }
             }
             let [p, q, r] = flat.mesh.corners(t);
-            if 0.5 * (q - p).cross(r - p).length() > SHRED * mean {
+            let [a, b, c] = corners;
+            let turned = (b - a).perp_dot(c - a) <= 0.0;
+            if !turned && 0.5 * (q - p).cross(r - p).length() > SHRED * mean {
                 let [least, greatest] = stretched([p, q, r], corners);
                 let middle = (p + q + r) / 3.0;
                 if least < flat.stretch[0].0 {

@@ -3,12 +3,15 @@
 mod cell;
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_data::{find, robots};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::Dialect;
+use meltpath_programs::toolpath_3mf::{Reader, ToolpathFileError};
 
 use crate::cancel::cancellable;
 use crate::data::{Cell, DataFileError, DataText};
@@ -88,9 +91,13 @@ fn inspect_part(
     } else {
         Vec::new()
     };
+    let marks = toolpath(path);
     let part = match part::load(path, how.unit, DVec3::Z, how.chord, reporter, observer) {
         // a sheet has no volume, and faces all the same
         Err(PartError::Empty { .. }) if !faces.is_empty() => return Ok(faces),
+        Err(PartError::Cancelled(c)) => return Err(c.into()),
+        // a toolpath may lie beside any shape
+        Err(_) if !marks.is_empty() => return Ok(marks),
         loaded => loaded?,
     };
     let size = part.mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
@@ -104,7 +111,33 @@ fn inspect_part(
     )];
     lines.extend(part.findings);
     lines.extend(faces);
+    lines.extend(marks);
     Ok(lines)
+}
+
+/// What the toolpath of a 3MF package is; nothing where there is none.
+fn toolpath(path: &Path) -> Vec<String> {
+    let is_package = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("3mf"));
+    let Some(file) = is_package.then(|| File::open(path).ok()).flatten() else {
+        return Vec::new();
+    };
+    match Reader::new(BufReader::new(file)) {
+        Ok(reader) => {
+            let names = reader.profiles().into_iter().map(|p| p.name);
+            let told = format!(
+                "toolpath: {}, {} layers, profiles {}",
+                reader.kind().name(),
+                reader.layer_count(),
+                names.collect::<Vec<_>>().join(", ")
+            );
+            vec![told]
+        }
+        // the part's own reader tells what is wrong with the package
+        Err(ToolpathFileError::None | ToolpathFileError::Package(_)) => Vec::new(),
+        Err(other) => vec![format!("its toolpath cannot be read: {other}")],
+    }
 }
 
 fn program(path: &Path) -> Result<Vec<String>, InspectError> {

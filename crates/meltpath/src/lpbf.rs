@@ -10,6 +10,7 @@ mod refuse;
 pub(crate) mod result;
 pub mod run;
 pub mod settings;
+mod toolpath_file;
 
 pub use error::LpbfError;
 pub use run::{examine, run};

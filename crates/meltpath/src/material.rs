@@ -48,7 +48,7 @@ impl Loaded {
 /// let here = std::path::Path::new(".");
 /// assert!(load("in625-laser", Readings::default(), here).unwrap().material.absorptivity.is_some());
 /// let refused = load("gold", Readings::default(), here).unwrap_err().to_string();
-/// assert!(refused.contains("known are \"in625-laser\", \"ti6al4v-ebm\""));
+/// assert!(refused.contains("known are \"in625-laser\", \"in718-laser\", \"ti6al4v-ebm\""));
 /// ```
 ///
 /// # Errors

@@ -19,6 +19,7 @@ pub mod rapid;
 pub mod reading;
 mod scan;
 mod template;
+pub mod toolpath_3mf;
 pub mod track;
 pub mod upkeep;
 pub mod ur_script;

@@ -2,6 +2,7 @@
 
 pub mod fusion;
 pub mod history;
+pub mod keyhole;
 pub mod moving_source;
 mod sheet;
 

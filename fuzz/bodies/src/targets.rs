@@ -6,6 +6,7 @@ mod parts;
 mod paths;
 mod records;
 mod settings;
+mod toolpaths;
 
 use std::path::Path;
 
@@ -41,6 +42,7 @@ pub const TARGETS: &[Target] = &[
     paths::CLI_LAYERS,
     paths::CLI_BINARY,
     paths::VECTOR_LIST,
+    toolpaths::TOOLPATH_3MF,
     paths::BEAM_PATH,
     paths::CONTAINER,
     paths::TOOLPATH_INDEX,

@@ -188,6 +188,7 @@ bodies!(
     cli_layers,
     cli_binary,
     vector_list,
+    toolpath_3mf,
     beam_path,
     container,
     toolpath_index,

@@ -18,10 +18,12 @@ use meltpath_base::{Observer, Reporter};
 
 use crate::mesh::NamedMesh;
 use build::instantiate;
+pub use element::{CORE, PRODUCTION, unit_in_mm};
 pub use error::ThreeMfError;
+pub use limited::{Limited, unread};
 pub use limits::{MAX_DEPTH, MAX_INSTANCES, MAX_RATIO, MAX_TRIANGLES, MAX_UNPACKED, RATIO_FREE};
-use package::Package;
-pub use write::write_3mf;
+pub use package::{Package, Relation};
+pub use write::{MODEL_PART, PackageWriter, write_3mf, write_object};
 
 /// Reads every build item of a 3MF package as one mesh in millimetres, components and transforms applied.
 ///

@@ -40,6 +40,11 @@ choice! {
         Lpbf "lpbf" => "Laser powder bed: the scan head.",
     }
 
+    /// Forms in which a plan is written for other software.
+    pub enum ToolpathForm {
+        ThreeMf "3mf" => "A 3MF package by the toolpath extension 1.0 (release candidate).",
+    }
+
     /// The unit of part files that carry none (STL).
     pub enum PartUnit {
         Millimetre "mm" => "Millimetres.",

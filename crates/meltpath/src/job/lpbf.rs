@@ -4,7 +4,7 @@ use meltpath_base::settings::{File, Many, Problem, broken};
 use meltpath_base::{Angle, Length, Ratio, Speed, Temperature, Time, choice, table};
 use toml::Spanned;
 
-use super::common::{Direction, PartUnit, ProcessTable};
+use super::common::{Direction, PartUnit, ProcessTable, ToolpathForm};
 
 table! {
     /// Laser scan head: recipes compared on a plate of squares, on layers of other software, or on layers of a part.
@@ -52,7 +52,7 @@ table! {
         prefilter: PreFilterChoice => computed("on behind the cascade, off otherwise");
         /// What is made of the path being known ahead.
         path: PathChoice => default("as-commanded", "set-points go out as they come");
-        /// Layers to execute instead of a plate: a CLI file (text or binary) or a vector list (`.csv`).
+        /// Layers to execute instead of a plate: a CLI file (text or binary), a vector list (`.csv`) or a planar 3MF toolpath (`.3mf`).
         layers: File => none("a plate of squares");
     }
 
@@ -160,6 +160,8 @@ table! {
     pub struct OutputTable {
         /// The whole marked path of each recipe, every sample with its power.
         motion: MotionForm => none("not written");
+        /// What each recipe marks, for other software: `toolpath-1.build.3mf`, …
+        toolpath: ToolpathForm => none("not written");
     }
 }
 

@@ -7,7 +7,9 @@ use meltpath_base::{Angle, BeadWidths, Frequency, Length, Ratio, Speed, Time, ch
 use meltpath_programs::Dialect;
 use meltpath_toolpath::WeaveShape;
 
-use super::common::{Direction, OneOrMany, PartUnit, ProcessTable, SubstrateTable, TargetTable};
+use super::common::{
+    Direction, OneOrMany, PartUnit, ProcessTable, SubstrateTable, TargetTable, ToolpathForm,
+};
 
 /// Layer heights from the first layer on; the last one repeats.
 pub type LayerHeights = OneOrMany<Length>;
@@ -250,6 +252,8 @@ table! {
     pub struct OutputTable {
         /// Dialects of the programs that a run writes into `program/`; `[]` for none.
         programs: Vec<Dialect> => none("what the controller of the cell reads");
+        /// The plan for other software, `toolpath.build.3mf`: every bead with the torch at each point.
+        toolpath: ToolpathForm => none("not written");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Why a scan-head job could not be done.
 
+use meltpath_programs::toolpath_3mf::ToolpathFileWriteError;
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_thermal::pool::fusion::FusionError;
 
@@ -15,6 +16,9 @@ pub enum LpbfError {
     /// The scan head.
     #[error(transparent)]
     Head(HeadError),
+    /// A 3MF toolpath cannot be written.
+    #[error(transparent)]
+    Toolpath(#[from] ToolpathFileWriteError),
     /// What the laser melts.
     #[error("cannot tell what the laser melts: {0}")]
     Heat(HeatError),

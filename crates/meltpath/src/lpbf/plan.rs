@@ -84,7 +84,7 @@ fn work(
     let Some(file) = layers else {
         return Ok(Work::Plate(plate(&job.plate, stated, r)));
     };
-    let found = FileLayers::choose(&folder.join(&**file), file, &job.layers)
+    let found = FileLayers::choose(&folder.join(&**file), file, &job.layers, reporter)
         .map_err(|message| job.lpbf.layers.problem(message))?;
     job.layers.range.or_computed(r, found.numbers);
     Ok(Work::Layers(Box::new(LayerSet {

@@ -27,9 +27,10 @@ use super::heat::{self, BeamRecord};
 use super::plan::{Plan, plan};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
-use super::{motion, optimise, refuse};
+use super::{motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
+use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
 use crate::lpbf::plan::work::Work;
 use crate::outcome::{Examined, Outcome, RunFolder};
 use crate::tune::choose::ready_for;
@@ -104,6 +105,12 @@ pub fn run(
         let layers = plan.work.layers(recipe)?;
         heads.push(ready_for(plain, *settings.job.lpbf.path, layers)?);
     }
+    if settings.job.output.toolpath.is_some() {
+        let named = (&*views::lpbf::title(path), &plan.work);
+        for (k, recipe) in recipes.iter().enumerate() {
+            toolpath_file::write(&folder, k + 1, named, recipe)?;
+        }
+    }
     let mut results = Vec::with_capacity(recipes.len());
     for (k, (recipe, (head, survey))) in recipes.iter().zip(heads.iter().zip(&surveys)).enumerate()
     {
@@ -124,6 +131,7 @@ pub fn run(
         });
     }
     let mut checks = checks(settings, &results, &reporter);
+    undecided(&mut checks, &plan.work);
     let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
         optimise::tell(found, &mut checks, &mut facts);
@@ -153,6 +161,22 @@ pub fn run(
         folder: commit(folder)?,
         verdict,
     })
+}
+
+/// Takes the decision from checks of marks that say more than is followed.
+fn undecided(checks: &mut [Check], work: &Work) {
+    let said = work.not_followed();
+    if said.is_empty() {
+        return;
+    }
+    for check in checks.iter_mut().filter(|c| c.status != Status::NotChecked) {
+        check.status = Status::CannotSay;
+        check.reason = format!(
+            "not all that the file says is followed: {}",
+            said.join("; ")
+        );
+        check.remedy = Some(LEFT_TO_THE_JOB.to_owned());
+    }
 }
 
 fn commit(folder: OutputFolder) -> Result<std::path::PathBuf, OutputError> {

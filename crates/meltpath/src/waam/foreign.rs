@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
+use meltpath_programs::Program;
 use meltpath_robot::command::{Command, Source};
 
 use super::error::WaamError;
@@ -28,7 +29,8 @@ use crate::waam::drive::travels;
 use crate::waam::judge::checks::{borrowed_check, build_facts, programmed, range_check};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::own::own_plan;
-use crate::waam::program::files;
+use crate::waam::plan::planned::read_back;
+use crate::waam::program::{files, toolpath_file};
 
 /// Beads may begin so far from the plate, mm, before it is asked where the plate lies: a third of the usual distance of the contact tube.
 const FROM_THE_PLATE: f64 = 5.0;
@@ -36,7 +38,7 @@ const FROM_THE_PLATE: f64 = 5.0;
 /// Layers that begin nearer to each other end at the same height, mm.
 const SAME_HEIGHT: f64 = 0.5;
 
-/// Simulates a program, or the main program of a folder, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
+/// Simulates a program, the main program of a folder, or a 3MF toolpath, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
 /// names one, and a program of a plan of that job as the plan, with what it chose. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
 /// say that they cannot say, and why.
 ///
@@ -55,16 +57,22 @@ pub fn simulate_program(
         None => defaults(main, &reporter)?,
     };
     let settings = &told;
-    let cell = &settings.cell.program;
-    let main = &files::main_of(main, cell)?;
-    let (parsed, files) = files::read(main, cell, &reporter)?;
-    let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
-    commands.lower(settings.plate_height.unwrap_or(0.0));
-    travels::pace(&parsed, &mut commands, settings, observer);
-    let commands = commands;
+    let main = &files::main_of(main, &settings.cell.program)?;
+    let Executed {
+        parsed,
+        files,
+        commands,
+    } = if toolpath_file::is_package(main) {
+        let name = loaded.as_ref().map_or("toolpath", |l| &l.name);
+        of_toolpath((main, name), settings, (&reporter, observer))?
+    } else {
+        of_program(main, settings, (&reporter, observer))?
+    };
     let folder = home.create()?;
+    // a surface is no part to hold metal against
     let part = loaded
         .as_ref()
+        .filter(|loaded| loaded.settings.surface.is_none())
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
     let own = match (&loaded, &part) {
@@ -146,6 +154,50 @@ pub fn simulate_program(
     })
 }
 
+/// What is simulated, and from which files.
+struct Executed {
+    parsed: Vec<Program>,
+    files: Vec<PathBuf>,
+    commands: Commands,
+}
+
+/// A program and those that it calls, lowered to the plate.
+fn of_program(
+    main: &Path,
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Executed, WaamError> {
+    let (parsed, files) = files::read(main, &settings.cell.program, reporter)?;
+    let mut commands = program::commands(&parsed, &[], settings, reporter)?;
+    commands.lower(settings.plate_height.unwrap_or(0.0));
+    travels::pace(&parsed, &mut commands, settings, observer);
+    Ok(Executed {
+        parsed,
+        files,
+        commands,
+    })
+}
+
+/// A toolpath says what is laid, not how one goes there: the job's cell does that, as it does for a plan of the job's own.
+fn of_toolpath(
+    (path, name): (&Path, &str),
+    settings: &Settings,
+    told: (&Reporter, &dyn Observer),
+) -> Result<Executed, WaamError> {
+    let (mut toolpath, smoothing, gaps) = toolpath_file::read(path, settings)?;
+    let settings = &Settings {
+        smoothing: smoothing.map_or(settings.smoothing, |s| s.0),
+        ..settings.clone()
+    };
+    let (programs, mut commands) = read_back(name, &mut toolpath, settings, told)?;
+    commands.gaps.extend(gaps);
+    Ok(Executed {
+        parsed: programs.parsed,
+        files: vec![path.to_path_buf()],
+        commands,
+    })
+}
+
 /// The plate, and the layers of the plan or of a program whose plan is unknown.
 fn ground(
     plan: Option<&Plan>,
@@ -179,7 +231,11 @@ fn foreign_checks(
         checks.push(Check::not_checked(
             "part",
             "lack, excess and stock against the part",
-            "no job was given: name one with --job to judge the part",
+            if settings.surface.is_some() {
+                "the job builds a wall along a surface, which a run of the job judges"
+            } else {
+                "no job was given: name one with --job to judge the part"
+            },
         ));
     }
     checks.extend(layer_checks(laid.layers, &growth, limits, remedies));
@@ -194,6 +250,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
         (!commands.weaves.is_empty()).then(doubt::of_weaves),
+        settings.surface.is_some().then(of_surface),
         turning(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
@@ -295,6 +352,14 @@ fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
 
 /// Facts that count only where the wire is known.
 const OF_THE_WIRE: [&str; 3] = ["wire-mass", "wire-feed", "energy"];
+
+/// Metal is laid in columns from the plate up here, which a wall along a surface does not stand on.
+fn of_surface() -> Doubt {
+    Doubt {
+        reason: "the job builds a wall along a surface, and what is read is laid as if it stood on the plate: layers are judged by one height".to_owned(),
+        remedy: "run the job itself: that lays the wall along its surface".to_owned(),
+    }
+}
 
 /// Without a job nobody says which wire, gas and mode lay the metal.
 fn no_job() -> Doubt {

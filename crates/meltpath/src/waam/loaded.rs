@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath_base::output::OutputFolder;
 use meltpath_base::settings::Problem;
 use meltpath_base::{Check, Observer, Provenance, Reporter};
+use meltpath_geometry::Mesh;
 use meltpath_programs::TextFile;
 use meltpath_toolpath::{Toolpath, storage};
 
@@ -16,11 +17,15 @@ use crate::job::{self, Job, JobError, WaamJob, Written};
 use crate::outcome::record_inputs;
 use crate::waam::drive::hold;
 use crate::waam::judge::checks::program_check;
+use crate::waam::program::toolpath_file;
 use crate::waam::program::wanted::Wanted;
 use crate::waam::settings::named::absent_part;
 
 /// Warnings of one kind that a verdict tells one by one.
 pub(super) const SHOWN_WARNINGS: usize = 3;
+
+/// What is built, with its name for people.
+pub(super) type Named<'a> = (&'a str, &'a Mesh);
 
 /// A job file with its resolved values.
 pub(super) struct Loaded {
@@ -48,11 +53,15 @@ impl Loaded {
     pub(super) fn keep(
         &self,
         folder: &OutputFolder,
-        toolpath: &Toolpath,
+        (toolpath, part): (&Toolpath, Named<'_>),
         programs: &[TextFile],
     ) -> Result<(), WaamError> {
         inputs::write(folder, &self.path, &self.text, &self.settings.own)?;
         folder.write("toolpath.melt", |w| storage::write(toolpath, w))?;
+        if self.settings.toolpath.is_some() {
+            let bytes = toolpath_file::packed(toolpath, part, &self.settings)?;
+            folder.write(toolpath_file::NAME, |w| w.write_all(&bytes))?;
+        }
         for file in programs {
             folder.write(&format!("program/{}", file.name), |w| {
                 w.write_all(file.text.as_bytes())

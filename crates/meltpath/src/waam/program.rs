@@ -5,6 +5,7 @@
 pub(crate) mod by_joints;
 pub(crate) mod files;
 pub(crate) mod to_folder;
+pub(crate) mod toolpath_file;
 pub mod wanted;
 
 use std::collections::BTreeMap;
@@ -15,6 +16,7 @@ use meltpath_base::{Cancelled, Place, Ratio, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::Instruction;
+use meltpath_programs::toolpath_3mf::{ToolpathFileError, ToolpathFileWriteError};
 use meltpath_programs::{
     BuildError, BuildSettings, Built, CellProgramming, Control, Dialect, Gap, ParseError, Pause,
     Program, ProgramError, Schedule, TextFile, Way, WeldSettings, WriteError, build, dialect,
@@ -60,6 +62,17 @@ pub enum ProgramStageError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// A 3MF toolpath cannot be written.
+    #[error(transparent)]
+    WriteToolpath(#[from] ToolpathFileWriteError),
+    /// A 3MF toolpath cannot be read.
+    #[error("cannot read the toolpath {}: {source}", .path.display())]
+    ReadToolpath {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        source: ToolpathFileError,
     },
     /// A writer is at fault.
     #[error(

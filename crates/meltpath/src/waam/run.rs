@@ -154,7 +154,8 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
     views::waam::write_passes(&folder, &plan.toolpath)?;
-    loaded.keep(&folder, &plan.toolpath, &written)?;
+    let built = (part.name.as_str(), &part.mesh);
+    loaded.keep(&folder, (&plan.toolpath, built), &written)?;
     observer.check()?;
     Ok(Outcome {
         folder: folder.commit()?,

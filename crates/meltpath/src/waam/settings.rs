@@ -34,6 +34,7 @@ use self::sound::sound;
 use super::judge::{GrowthError, Limits, Remedies};
 use super::surface;
 use crate::data::{Cell, DataText};
+use crate::job::common::ToolpathForm;
 use crate::job::waam::{
     BeadTable, ChecksTable, ExternalChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
     LayerRelease, Spacing, Speeds, Starts, WaamTable,
@@ -115,6 +116,8 @@ pub struct Settings {
     pub remedies: Remedies,
     /// Dialects of the programs that a run writes.
     pub programs: Vec<Dialect>,
+    /// Whether a run writes its plan for other software, too, and in which form.
+    pub toolpath: Option<ToolpathForm>,
     /// Layers that are not flat, where the job asks for them.
     pub surface: Option<surface::Asked>,
     /// Cell of the height map, mm.
@@ -229,6 +232,7 @@ pub fn resolve(
         limits,
         remedies: Remedies::of(&job.layers.height, *job.fill.starts),
         programs: sound.programs,
+        toolpath: *job.output.toolpath,
         surface,
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,
@@ -245,6 +249,13 @@ fn programs(
     let programs = job.output.programs.value.clone();
     let programs = programs.unwrap_or_else(|| vec![*cell.program.dialect]);
     machine::check_external(&job.machine, robot, cell, &programs)?;
+    if job.output.toolpath.is_some() && job.waam.bead.weave.is_some() {
+        let toolpath = &job.output.toolpath;
+        let what = "the beads are woven, and a 3MF toolpath has no words for a weave";
+        return Err(toolpath
+            .problem(what)
+            .help("leave out output.toolpath, or plan without waam.bead.weave"));
+    }
     Ok(programs)
 }
 

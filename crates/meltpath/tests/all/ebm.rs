@@ -247,7 +247,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     );
     assert!(
         refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
-            .contains("known are \"in625-laser\", \"ti6al4v-ebm\"")
+            .contains("known are \"in625-laser\", \"in718-laser\", \"ti6al4v-ebm\"")
     );
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
     // a step in which a voxel would melt whole

@@ -30,6 +30,7 @@ mod remedies;
 mod support;
 mod surface;
 mod templates;
+mod toolpath_3mf;
 mod tune;
 mod verdicts;
 mod walls;

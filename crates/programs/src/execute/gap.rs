@@ -77,6 +77,9 @@ pub enum Missing {
     /// A word of a bead's move that is not known.
     #[error("what {0} does to this bead is not known")]
     Word(String),
+    /// What the profile of a toolpath says and is not simulated, or does not say.
+    #[error("{0}")]
+    Profile(String),
     /// An instruction that is not known.
     #[error("{0} is not an instruction that is known here")]
     Unknown(String),
@@ -154,6 +157,9 @@ impl Missing {
             Missing::WaitWithArc => "write the time, or end the arc before the wait",
             Missing::Output(_) => {
                 "list what it sets as a weld schedule in the cell file, and take the line out"
+            }
+            Missing::Profile(_) => {
+                "say speed (depositionspeed) and wire feed (mp:wirefeed) at each profile and nothing else that shapes beads; the job's bead stands in for what is not said"
             }
             Missing::Setting(_) | Missing::Word(_) | Missing::Unknown(_) => {
                 "take the line out if it does not change the beads, or write the moves that it makes"

@@ -11,5 +11,7 @@ mod logic;
 mod others;
 mod source;
 mod told;
+mod toolpath_3mf;
+mod toolpath_3mf_of_others;
 mod track;
 mod weaving;

@@ -204,6 +204,39 @@ mod tests {
         assert!((2e5 * jump.pressure / 1e5 - 1.0).abs() < 1e-9);
     }
 
+    /// What leaves grows without a jump from nothing, where saturation reaches the gas' pressure, to a vacuum's, where the flow reaches
+    /// the speed of sound; a law that leaves everything or nothing jumps.
+    #[test]
+    fn what_leaves_into_a_gas_has_no_jump() {
+        let alloy = titanium().evaporation.unwrap();
+        for gas in [0.2, 1e3, 1e5] {
+            let mut before = Jump::between(0.9 * gas, gas);
+            assert_eq!(before.leaves(), 0.0);
+            for n in 0..4000 {
+                let jump = Jump::between(gas * (0.9 + 1.5e-3 * f64::from(n)), gas);
+                assert!(
+                    (jump.leaves() - before.leaves()).abs() < 2e-2,
+                    "{gas}: {jump:?}"
+                );
+                assert!(jump.mach >= before.mach, "{gas}: {jump:?}");
+                before = jump;
+            }
+            assert!((before.leaves() - 0.816).abs() < 2e-3 && before.mach == 1.0);
+        }
+        // heat and mass of the alloy: none below the gas' pressure, a vacuum's far above it
+        let boils = |gas: f64| {
+            (2000..6000)
+                .map(f64::from)
+                .find(|k| alloy.saturation(*k) > gas)
+        };
+        let kelvin = boils(1e5).unwrap();
+        assert_eq!(alloy.flux(kelvin - 1.0, 1e5), 0.0);
+        assert_eq!(alloy.recoil(kelvin - 1.0, 1e5), 0.0);
+        assert!(alloy.flux(kelvin - 1.0, 0.2) > 100.0);
+        let hot = boils(5e5).unwrap();
+        assert!((alloy.flux(hot, 1e5) / alloy.flux(hot, 0.2) - 1.0).abs() < 0.01);
+    }
+
     /// Choi et al. 2017: an activity coefficient of 0.044 to 0.0495 at 1860 °C; aluminium leaves first by far, though it is a tenth of
     /// the atoms.
     #[test]

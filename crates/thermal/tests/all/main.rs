@@ -5,11 +5,13 @@
     reason = "a test that fails stops here; its figures are shown with --nocapture"
 )]
 
+mod am_bench;
 mod cases;
 mod chart_between;
 mod chart_simulation;
 mod charts;
 mod closed_form;
+mod electron_pools;
 mod laser_tracks;
 mod layers;
 mod levels;

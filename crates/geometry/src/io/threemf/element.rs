@@ -8,16 +8,20 @@ use quick_xml::{
 
 use crate::math::{DAffine3, DMat3, DVec3};
 
-pub(super) const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
-const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
+/// Namespace of the core specification.
+pub const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
+/// Namespace of the production extension.
+pub const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
 const SLICE: &str = "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07";
 
 /// Extensions that may be required without changing any shape, or whose effect is followed.
-const HARMLESS: [&str; 4] = [
+const HARMLESS: [&str; 5] = [
     CORE,
     PRODUCTION,
     "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
     "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
+    // a path beside the shapes; what reads it is not here
+    "http://schemas.3mf.io/3dmanufacturing/toolpath/2026/03",
 ];
 
 /// Names of extensions that are refused when required, by a word of their namespace.
@@ -197,18 +201,24 @@ fn transform(text: &str) -> Result<DAffine3, Fault> {
 
 /// One model unit in mm.
 pub(super) fn unit(name: Option<&str>) -> Result<f64, Fault> {
-    Ok(match name {
+    unit_in_mm(name).ok_or_else(|| {
+        broken(format!(
+            "unit=\"{}\" is none of micron, millimeter, centimeter, inch, foot, meter",
+            name.unwrap_or_default()
+        ))
+    })
+}
+
+/// One unit of a model in mm, by the name that its `unit` says; millimetres where it says none.
+pub fn unit_in_mm(name: Option<&str>) -> Option<f64> {
+    Some(match name {
         None | Some("millimeter") => 1.0,
         Some("micron") => 1e-3,
         Some("centimeter") => 10.0,
         Some("inch") => 25.4,
         Some("foot") => 304.8,
         Some("meter") => 1000.0,
-        Some(other) => {
-            return Err(broken(format!(
-                "unit=\"{other}\" is none of micron, millimeter, centimeter, inch, foot, meter"
-            )));
-        }
+        Some(_) => return None,
     })
 }
 

@@ -8,7 +8,8 @@ use super::error::ThreeMfError;
 use super::limits::{MAX_RATIO, MAX_UNPACKED, RATIO_FREE};
 
 /// A reader that stops at the package's limits.
-pub(super) struct Limited<R> {
+#[derive(Debug)]
+pub struct Limited<R> {
     inner: R,
     packed: u64,
     read: u64,
@@ -50,7 +51,7 @@ impl<R> Limited<R> {
 }
 
 /// Why the XML of a part does not go on: a bomb, or what the XML reader says.
-pub(super) fn unread<R>(
+pub fn unread<R>(
     xml: &Reader<BufReader<Limited<R>>>,
     part: &str,
     error: &quick_xml::Error,

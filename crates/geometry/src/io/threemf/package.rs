@@ -1,6 +1,7 @@
 //! The zip package around a 3MF model: parts by name, the start part, limits on unpacking (Open Packaging
 //! Conventions, ISO/IEC 29500-2).
 
+use std::collections::BTreeMap;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
 use meltpath_base::Observer;
@@ -14,13 +15,26 @@ use super::model::{Model, read_model};
 /// Where the package names its start part.
 const ROOT_RELATIONS: &str = "_rels/.rels";
 /// Relationship type of the start part.
-const MODEL_RELATION: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+pub(super) const MODEL_RELATION: &str =
+    "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
 /// First bytes of an encrypted office package (a compound file instead of a zip).
 const COMPOUND_FILE: [u8; 4] = [0xD0, 0xCF, 0x11, 0xE0];
 
-/// A 3MF package open for reading.
-pub(super) struct Package<R> {
+/// A 3MF package open for reading: its parts by name, each unpacked within the limits of this module.
+#[derive(Debug)]
+pub struct Package<R> {
     zip: ZipArchive<R>,
+    /// Names of parts as they are, by their small letters.
+    names: BTreeMap<String, String>,
+}
+
+/// What one part of a package says of another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Relation {
+    /// The relationship type, a URI.
+    pub kind: String,
+    /// The part that it leads to, without the slash in front.
+    pub target: String,
 }
 
 fn package_error(error: ZipError) -> ThreeMfError {
@@ -38,7 +52,11 @@ fn package_error(error: ZipError) -> ThreeMfError {
 }
 
 impl<R: Read + Seek> Package<R> {
-    pub(super) fn open(mut reader: R) -> Result<Self, ThreeMfError> {
+    /// Opens a package.
+    ///
+    /// # Errors
+    /// [`ThreeMfError`] where it is empty, encrypted, damaged or no zip file.
+    pub fn open(mut reader: R) -> Result<Self, ThreeMfError> {
         let mut head = Vec::new();
         reader.by_ref().take(4).read_to_end(&mut head)?;
         reader.seek(SeekFrom::Start(0))?;
@@ -58,42 +76,100 @@ impl<R: Read + Seek> Package<R> {
             },
             other => package_error(other),
         })?;
-        Ok(Package { zip })
+        let mut names = BTreeMap::new();
+        for name in zip.file_names().filter_map(Result::ok) {
+            names
+                .entry(name.to_ascii_lowercase())
+                .or_insert_with(|| name.into_owned());
+        }
+        Ok(Package { zip, names })
     }
 
-    /// Opens a part, whatever the case of its name.
-    fn part(
+    /// Opens a part, whatever the case of its name; `why` tells who needs it.
+    ///
+    /// # Errors
+    /// [`ThreeMfError`] where it is not there or cannot be unpacked.
+    pub fn part(
         &mut self,
         name: &str,
         why: &'static str,
     ) -> Result<Limited<impl Read + use<'_, R>>, ThreeMfError> {
-        let found = self
-            .zip
-            .file_names()
-            .filter_map(Result::ok)
-            .find(|n| n.eq_ignore_ascii_case(name))
-            .map(std::borrow::Cow::into_owned);
+        let found = match self.zip.index_for_name(name) {
+            Some(_) => Some(name),
+            None => self
+                .names
+                .get(&name.to_ascii_lowercase())
+                .map(String::as_str),
+        };
         let Some(found) = found else {
             return Err(ThreeMfError::MissingPart {
                 part: name.to_owned(),
                 why,
             });
         };
-        let entry = self.zip.by_name(&found).map_err(package_error)?;
+        let entry = self.zip.by_name(found).map_err(package_error)?;
         let packed = entry.compressed_size();
         Ok(Limited::new(entry, packed))
     }
 
     /// The name of the model part that the package's relationships start from.
-    pub(super) fn start_part(&mut self) -> Result<String, ThreeMfError> {
-        let part = self.part(ROOT_RELATIONS, "where every package names its model")?;
+    ///
+    /// # Errors
+    /// [`ThreeMfError`] where there is none, or more than one.
+    pub fn start_part(&mut self) -> Result<String, ThreeMfError> {
+        let why = "where every package names its model";
+        let all = self.relations_in(ROOT_RELATIONS, why)?;
+        let mut models = all.into_iter().filter(|r| r.kind == MODEL_RELATION);
+        let Some(first) = models.next() else {
+            return Err(ThreeMfError::MissingPart {
+                part: "3D model".to_owned(),
+                why: "no relationship of the package leads to one",
+            });
+        };
+        match models.next() {
+            Some(second) => Err(ThreeMfError::TwoModels {
+                first: first.target,
+                second: second.target,
+            }),
+            None => Ok(first.target),
+        }
+    }
+
+    /// What the part `name` says of other parts, in the order of its relationships.
+    ///
+    /// # Errors
+    /// [`ThreeMfError`] where it says nothing, or what it says cannot be read.
+    pub fn relations(&mut self, name: &str) -> Result<Vec<Relation>, ThreeMfError> {
+        let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
+        let folder = match folder {
+            "" => String::new(),
+            folder => format!("{folder}/"),
+        };
+        let rels = format!("{folder}_rels/{file}.rels");
+        let mut all = self.relations_in(&rels, "which names the parts of the model")?;
+        for relation in &mut all {
+            // a target without a slash in front counts from the part's own folder
+            match relation.target.strip_prefix('/') {
+                Some(whole) => relation.target = whole.to_owned(),
+                None => relation.target = format!("{folder}{}", relation.target),
+            }
+        }
+        Ok(all)
+    }
+
+    fn relations_in(
+        &mut self,
+        rels: &str,
+        why: &'static str,
+    ) -> Result<Vec<Relation>, ThreeMfError> {
+        let part = self.part(rels, why)?;
         let mut xml = Reader::from_reader(BufReader::new(part));
         let mut buffer = Vec::new();
-        let mut found: Option<String> = None;
+        let mut all = Vec::new();
         loop {
             let event = match xml.read_event_into(&mut buffer) {
                 Ok(event) => event,
-                Err(e) => return Err(unread(&xml, ROOT_RELATIONS, &e)),
+                Err(e) => return Err(unread(&xml, rels, &e)),
             };
             match event {
                 Event::Start(e) | Event::Empty(e) if e.local_name().as_ref() == "Relationship" => {
@@ -102,25 +178,16 @@ impl<R: Read + Seek> Package<R> {
                         let value = attribute.normalized_value(XmlVersion::default()).ok()?;
                         Some(value.into_owned())
                     };
-                    if value("Type").as_deref() == Some(MODEL_RELATION)
-                        && let Some(target) = value("Target")
-                    {
-                        let target = target.trim_start_matches('/').to_owned();
-                        if let Some(first) = found {
-                            return Err(ThreeMfError::TwoModels {
-                                first,
-                                second: target,
-                            });
-                        }
-                        found = Some(target);
+                    if let (Some(kind), Some(target)) = (value("Type"), value("Target")) {
+                        let whole = rels == ROOT_RELATIONS;
+                        let target = match target.strip_prefix('/') {
+                            Some(rest) if whole => rest.to_owned(),
+                            _ => target,
+                        };
+                        all.push(Relation { kind, target });
                     }
                 }
-                Event::Eof => {
-                    return found.ok_or_else(|| ThreeMfError::MissingPart {
-                        part: "3D model".to_owned(),
-                        why: "no relationship of the package leads to one",
-                    });
-                }
+                Event::Eof => return Ok(all),
                 _ => {}
             }
             buffer.clear();

@@ -2,7 +2,9 @@
 
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 
-use super::{HeatSettings, RecipeHeat};
+use meltpath_thermal::pool::keyhole::Mode;
+
+use super::{Boiling, HeatSettings, RecipeHeat};
 
 /// Boiling number from which vapour deepens the pool noticeably, and from which a keyhole forms.
 const BOILING: [f64; 2] = [0.5, 1.0];
@@ -19,11 +21,10 @@ pub fn check(
     let worst = heat
         .boiling
         .iter()
-        .map(|b| b.number)
-        .max_by(f64::total_cmp)
-        .filter(|number| *number > BOILING[0]);
+        .filter(|b| b.number > BOILING[0])
+        .max_by(|a, b| a.number.total_cmp(&b.number));
     if let Some(worst) = worst {
-        let what = if worst > BOILING[1] {
+        let what = if worst.number > BOILING[1] {
             "the surface boils and vapour digs a keyhole"
         } else {
             "the surface is near boiling and vapour deepens the pool"
@@ -31,7 +32,9 @@ pub fn check(
         reporter.warn(
             "keyhole",
             format!(
-                "{recipe}: {what} (boiling number {worst:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more"
+                "{recipe}: {what} (boiling number {:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more; {}",
+                worst.number,
+                dug(worst)
             ),
             "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
         );
@@ -46,14 +49,14 @@ pub fn check(
             "raise heat.marks; a metre takes some ten seconds",
         );
     }
-    let [asked, marked, less] = &heat.drawings;
+    let [asked, marked, less, more] = &heat.drawings;
     let id = format!("fusion-{number}");
     let depth = 1e3 * settings.layer;
     if asked.area == 0.0 {
         let title = format!("{recipe}: melted through {depth:.0} µm");
         let reason = "the commanded path itself melts through nowhere";
         return match worst {
-            Some(_) => unsaid(Check::not_checked(&id, &title, reason)),
+            Some(worst) => unsaid(Check::not_checked(&id, &title, reason), worst),
             None => Check {
                 status: Status::Fail,
                 ..Check::not_checked(&id, &title, reason)
@@ -61,11 +64,8 @@ pub fn check(
         }
         .remedy("more power, slower marks or thinner layers");
     }
-    let value = Measure::new(
-        100.0 * marked.share,
-        100.0 * (marked.share - less.share).abs(),
-        "%",
-    );
+    let moved = [less, more].map(|other| (marked.share - other.share).abs());
+    let value = Measure::new(100.0 * marked.share, 100.0 * moved[0].max(moved[1]), "%");
     let remedy = if asked.share < settings.share {
         "the path is too thin as commanded: a closer hatch, more power, slower marks or thinner layers"
     } else {
@@ -79,7 +79,7 @@ pub fn check(
     )
     .remedy(remedy);
     let check = match (worst, check.status) {
-        (Some(_), Status::Fail | Status::Warn) => unsaid(check),
+        (Some(worst), Status::Fail | Status::Warn) => unsaid(check, worst),
         _ => check,
     };
     match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
@@ -89,10 +89,68 @@ pub fn check(
 }
 
 /// The check where the model only bounds from below.
-fn unsaid(check: Check) -> Check {
+fn unsaid(check: Check, worst: &Boiling) -> Check {
     Check {
         status: Status::CannotSay,
         ..check
     }
-    .because("by conduction alone, a lower bound here: vapour deepens these pools")
+    .because(&format!(
+        "by conduction alone, a lower bound here: vapour deepens these pools; {}",
+        dug(worst)
+    ))
+}
+
+/// What is known of the keyhole.
+pub(crate) fn dug(boiling: &Boiling) -> String {
+    match &boiling.keyhole {
+        Ok(told) if told.mode == Mode::Conduction => {
+            format!(
+                "no keyhole by scaling (keyhole number {:.1}, from 1.4 on; Gan et al. 2021)",
+                told.number
+            )
+        }
+        Ok(told) => format!(
+            "the keyhole alone is {:.0} ± {:.0} µm deep by scaling (keyhole number {:.1}, Gan et al. 2021)",
+            1e3 * told.depth,
+            1e3 * told.depth_sigma,
+            told.number
+        ),
+        Err(beyond) => format!("how deep cannot be said: {beyond}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_thermal::material::file::{Readings, read};
+    use meltpath_thermal::pool::keyhole::{Laser, keyhole};
+    use meltpath_toolpath::Role;
+
+    #[test]
+    fn a_keyhole_is_told_where_it_was_measured_and_nowhere_else() {
+        let text = meltpath_data::materials::IN625_LASER.text;
+        let alloy = read(text, Readings::default()).unwrap();
+        let told = |power: f64, spot: f64| {
+            let laser = Laser {
+                power,
+                speed: 800.0,
+                spot,
+                flat: 0.28,
+            };
+            dug(&Boiling {
+                kind: Role::Fill,
+                number: 0.9,
+                keyhole: keyhole(&alloy, 293.15, laser),
+            })
+        };
+        for (power, spot, words) in [
+            (195.0, 0.1, "53 ± 18 µm"),
+            (80.0, 0.1, "no keyhole"),
+            (195.0, 0.07, "cannot be said: a spot of 70 µm is outside"),
+            (195.0, 0.07, "88 to 140 µm"),
+        ] {
+            let told = told(power, spot);
+            assert!(told.contains(words), "{told}");
+        }
+    }
 }

@@ -4,9 +4,12 @@ use std::borrow::Cow;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Sender, channel};
 
+use meltpath_base::{Place, Reporter};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_programs::{cli, vectors};
+use meltpath_programs::toolpath_3mf::{Found, Kind};
+use meltpath_programs::{cli, toolpath_3mf, vectors};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::Planned;
 use meltpath_toolpath::Layer;
@@ -24,16 +27,38 @@ pub struct FileLayers {
     until: usize,
     /// The only one that is executed, as the head meets it.
     only: Option<Layer>,
+    /// What shapes the marks of the file and is not followed.
+    pub(in crate::lpbf) not_followed: Vec<String>,
     /// How many are executed, and how many the file has.
     pub(in crate::lpbf) counts: [usize; 2],
     /// The numbers of the first and the last one that are executed.
     pub(in crate::lpbf) numbers: [u32; 2],
 }
 
+/// What to do about what is not followed of a file.
+pub(in crate::lpbf) const LEFT_TO_THE_JOB: &str =
+    "export the file without it, and say it in the recipe or the head's file";
+
 type Read = Box<dyn Iterator<Item = Result<Layer, String>> + Send>;
 
-/// The layers of a file, one after the other; what is wrong in words.
-fn layers(path: &Path) -> Result<Read, String> {
+/// The layers of a 3MF toolpath; what is not followed of them goes on.
+struct Told(toolpath_3mf::Reader<BufReader<File>>, Sender<Found>);
+
+impl Iterator for Told {
+    type Item = Result<Layer, String>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let layer = self.0.next()?;
+        for found in self.0.found() {
+            // who does not listen has heard it before
+            let _ = self.1.send(found);
+        }
+        Some(layer.map_err(|e| e.to_string()))
+    }
+}
+
+/// The layers of a file, one after the other; what is wrong in words. What is not followed of them is `told`.
+fn layers(path: &Path, told: Sender<Found>) -> Result<Read, String> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
@@ -49,24 +74,42 @@ fn layers(path: &Path) -> Result<Read, String> {
             let layers = vectors::Reader::new(from).map_err(|e| e.to_string())?;
             Ok(Box::new(layers.map(|l| l.map_err(|e| e.to_string()))))
         }
+        "3mf" => {
+            let layers = toolpath_3mf::Reader::new(from).map_err(|e| e.to_string())?;
+            let planar = match layers.kind() {
+                Kind::Planar => Ok(layers),
+                other => Err(format!(
+                    "the toolpath is {}: a scan head marks planar ones; `meltpath simulate` takes this one",
+                    other.name()
+                )),
+            }?;
+            Ok(Box::new(Told(planar, told)))
+        }
         other => Err(format!(
-            "it ends in \"{other}\": layers are read from .cli files and from vector lists (.csv)"
+            "it ends in \"{other}\": layers are read from .cli files, from vector lists (.csv) and from 3MF toolpaths (.3mf)"
         )),
     }
 }
 
 impl FileLayers {
-    /// Looks through a layer file (`.cli`) or vector list (`.csv`) and chooses its layers. What is wrong comes back in words.
+    /// Looks through a layer file (`.cli`), vector list (`.csv`) or planar 3MF toolpath (`.3mf`) and chooses its layers. What is wrong comes back
+    /// in words; what is not followed is a warning.
     ///
     /// # Errors
     /// A message that names the file, the place in it and what to write.
-    pub fn choose(path: &Path, shown: &str, table: &LayersTable) -> Result<Self, String> {
+    pub fn choose(
+        path: &Path,
+        shown: &str,
+        table: &LayersTable,
+        reporter: &Reporter,
+    ) -> Result<Self, String> {
         let named = |what: String| format!("\"{shown}\": {what}");
+        let (tell, told) = channel();
         let (mut count, mut chosen, mut until, mut longest) = (0, 0, 0, 0.0);
         let mut all: Option<[u32; 2]> = None;
         let mut numbers = [0; 2];
         let mut only: Option<Layer> = None;
-        for layer in layers(path).map_err(named)? {
+        for layer in layers(path, tell).map_err(named)? {
             let layer = layer.map_err(named)?;
             let number = layer.number;
             count += 1;
@@ -83,6 +126,24 @@ impl FileLayers {
                 numbers = [if chosen == 1 { number } else { numbers[0] }, number];
                 until = count;
                 only = (chosen == 1).then_some(layer);
+            }
+        }
+        let mut not_followed = Vec::new();
+        for found in told {
+            let said = format!("profile {}: {}", found.profile, found.what);
+            let place = Place {
+                file: Some(format!("{shown}: {}", found.part)),
+                line: Some(found.segment),
+                ..Place::default()
+            };
+            reporter.warn_at(
+                "toolpath-not-followed",
+                said.clone(),
+                place,
+                LEFT_TO_THE_JOB,
+            );
+            if found.shapes {
+                not_followed.push(said);
             }
         }
         if longest <= 0.0 {
@@ -107,6 +168,7 @@ impl FileLayers {
             origin,
             until,
             only,
+            not_followed,
             counts: [chosen, count],
             numbers,
         })
@@ -120,7 +182,7 @@ impl FileLayers {
         if let Some(only) = &self.only {
             return Ok(Box::new(std::iter::once(Ok(Cow::Borrowed(only)))));
         }
-        let all = layers(&self.path).map_err(HeadError::Layer)?;
+        let all = layers(&self.path, channel().0).map_err(HeadError::Layer)?;
         let [first, last] = self.range;
         Ok(Box::new(all.take(self.until).filter_map(
             move |layer| match layer {

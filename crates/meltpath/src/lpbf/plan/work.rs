@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use meltpath_planning::powder::plate::{PlateError, SquarePlate};
 use meltpath_scan_head::head::error::HeadError;
-use meltpath_scan_head::head::job::{prepare, prepare_layers};
+use meltpath_scan_head::head::job::{Planned, prepare, prepare_layers};
 use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::{ScanJob, ScanJobError};
@@ -72,12 +72,12 @@ fn refused(e: &PlateError) -> ScanJobError {
 }
 
 impl Work {
-    /// The layers of a recipe, each made when it is asked for.
+    /// The layers as they are planned, whatever the recipe, each made when it is asked for.
     ///
     /// # Errors
     /// [`HeadError`].
-    pub fn layers<'a>(&'a self, recipe: &'a Recipe) -> Result<Layers<'a>, HeadError> {
-        let planned = match self {
+    pub(in crate::lpbf) fn planned(&self) -> Result<Planned<'_>, HeadError> {
+        Ok(match self {
             Work::Plate(plate) => {
                 let path = plate.toolpath().map_err(|e| refused(&e))?;
                 Box::new(path.layers.into_iter().map(|l| Ok(Cow::Owned(l))))
@@ -86,8 +86,26 @@ impl Work {
                 Source::File(file) => file.layers()?,
                 Source::Part(part) => part.layers(),
             },
-        };
-        Ok(prepare_layers(planned, recipe)?)
+        })
+    }
+
+    /// The layers of a recipe, each made when it is asked for.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn layers<'a>(&'a self, recipe: &'a Recipe) -> Result<Layers<'a>, HeadError> {
+        Ok(prepare_layers(self.planned()?, recipe)?)
+    }
+
+    /// What shapes the marks of a file and is not followed, in words.
+    pub(in crate::lpbf) fn not_followed(&self) -> &[String] {
+        match self {
+            Work::Layers(set) => match &set.source {
+                Source::File(file) => &file.not_followed,
+                Source::Part(_) => &[],
+            },
+            Work::Plate(_) => &[],
+        }
     }
 
     /// The small job on which delays are tuned: two squares, or up to 4 s of the first layer round the start of its fill.

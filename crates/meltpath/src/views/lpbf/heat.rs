@@ -10,7 +10,7 @@ use meltpath_report::vtk::{Field, write_height_image};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
-use crate::lpbf::heat::{Cold, HeatSettings, RecipeHeat};
+use crate::lpbf::heat::{Cold, HeatSettings, RecipeHeat, dug};
 use crate::lpbf::result::RecipeResult;
 use meltpath_toolpath::Role;
 
@@ -90,7 +90,7 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
                 Role::Contour => "contours",
                 _ => "fills",
             };
-            format!("{kind} {:.2}", b.number)
+            format!("{kind} {:.2}; {}", b.number, dug(b))
         })
         .collect();
     let surface = format!(
@@ -100,7 +100,7 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
     table.noted(&if numbers.is_empty() {
         format!("{surface} The material's file has no boiling point: nothing is said of keyholes.")
     } else {
-        format!("{surface} Boiling number: {}.", numbers.join(", "))
+        format!("{surface} Boiling number: {}.", numbers.join("; "))
     })
 }
 

@@ -5,7 +5,7 @@ use meltpath_geometry::workpiece::{HeightMap, WorkpieceError};
 use meltpath_robot::collision::Metal;
 
 /// Side of the columns, mm; of a wide part there are so many along it at most.
-const COLUMN: f64 = 2.0;
+pub(in crate::waam) const COLUMN: f64 = 2.0;
 const COLUMNS: f64 = 250.0;
 
 /// The metal after each layer or pass, of pieces of beads in their order with its number: `half` mm to either side, `high` over them.

@@ -4,18 +4,20 @@ use std::path::Path;
 
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::Mesh;
 use meltpath_programs::{TextFile, laid_from};
 use meltpath_toolpath::Toolpath;
 
 use crate::waam::drive::division;
 use crate::waam::drive::hold;
 use crate::waam::error::WaamError;
-use crate::waam::loaded::load;
+use crate::waam::loaded::{Loaded, load};
 use crate::waam::plan::mend::settle;
 use crate::waam::program::wanted::{Torch, Wanted};
-use crate::waam::program::{self, ProgramStageError, Programs};
+use crate::waam::program::{self, ProgramStageError, Programs, toolpath_file};
 use crate::waam::run::{load_part, read_toolpath};
 use crate::waam::settings::Settings;
+use crate::waam::surface::wall;
 
 /// Lengths laid that differ by less, in relation, are the same.
 const SAME_LENGTH: f64 = 1e-3;
@@ -75,12 +77,39 @@ pub fn program_to_folder(
             }
         }
     }
+    // a part of a plan, or a plan without arc, is no toolpath
+    let whole = loaded.settings.toolpath.is_some() && wanted == Wanted::WHOLE;
+    let package = if whole {
+        let (name, mesh) = built(&loaded, observer)?;
+        Some(toolpath_file::packed(
+            &toolpath,
+            (&name, &mesh),
+            &loaded.settings,
+        )?)
+    } else {
+        None
+    };
     let folder = OutputFolder::create(out)?;
     for file in &files {
         folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
     }
+    if let Some(bytes) = &package {
+        folder.write(toolpath_file::NAME, |w| w.write_all(bytes))?;
+    }
     folder.commit()?;
-    Ok(files.into_iter().map(|f| f.name).collect())
+    let package = package.map(|_| toolpath_file::NAME.to_owned());
+    Ok(files.into_iter().map(|f| f.name).chain(package).collect())
+}
+
+/// What a job builds, with its name.
+fn built(loaded: &Loaded, observer: &dyn Observer) -> Result<(String, Mesh), WaamError> {
+    // what is to be told of it was told when it was planned
+    let silent = Reporter::new();
+    if let Some(asked) = &loaded.settings.surface {
+        return wall::built(loaded, asked, &silent, observer);
+    }
+    let part = load_part(loaded, &silent, observer)?;
+    Ok((part.name, part.mesh))
 }
 
 /// Refuses programs that do not read back as they were written, or that do not lay what was asked for.

@@ -113,7 +113,9 @@ pub(super) fn part_checks(
     let least = 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing);
     let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
     let reach = (REACH.0 * settings.allowance).max(REACH.1);
-    let found: Vec<(f64, SurfacePoint)> = free.map(|p| (stock(built, &p, reach), p)).collect();
+    let found: Vec<(f64, SurfacePoint)> = free
+        .map(|p| (stock(built, &p, far(p.position).1, reach), p))
+        .collect();
     let thinnest = found.iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let mut checks = vec![lack];
     checks.extend(thinnest.map(|(stock, p)| {
@@ -170,11 +172,15 @@ impl Wanted {
                 if part <= body {
                     continue;
                 }
-                let higher = self
-                    .near
-                    .foot(p)
-                    .map_or(p, |f| p + off(f.distance.max(0.0)) * f.outward);
-                let bare = |at: DVec3| (part - built.sample(at).max(body)).max(0.0);
+                let Some(foot) = self.near.foot(p) else {
+                    continue;
+                };
+                let growing = foot.outward;
+                let bare = |at: DVec3| match closed(built, at, growing) {
+                    true => 0.0,
+                    false => (part - built.sample(at).max(body)).max(0.0),
+                };
+                let higher = p + off(foot.distance.max(0.0)) * growing;
                 let own = [part - body, bare(p), bare(higher)];
                 sums = [0, 1, 2].map(|n| sums[n] + own[n]);
             }
@@ -186,10 +192,21 @@ impl Wanted {
     }
 }
 
-/// Metal over a point of the part's surface along its normal, mm; below zero where it is missing.
-fn stock(built: &Voxels, point: &SurfacePoint, reach: f64) -> f64 {
-    let step = 0.25 * built.cell();
+/// Whether there is metal at a place, or a pore no wider along the growth than two voxels: those are of the voxels, which layers of
+/// another direction do not fill to the brim. Pores between beads are no more in the model than on flat layers.
+fn closed(built: &Voxels, p: DVec3, growing: DVec3) -> bool {
     let solid = |p: DVec3| built.sample(p) >= 0.5;
+    let beside = |sense: f64| {
+        let step = sense * built.cell() * growing;
+        solid(p + step) || solid(p + 2.0 * step)
+    };
+    solid(p) || (beside(1.0) && beside(-1.0))
+}
+
+/// Metal over a point of the part's surface along its normal, mm; below zero where it is missing.
+fn stock(built: &Voxels, point: &SurfacePoint, growing: DVec3, reach: f64) -> f64 {
+    let step = 0.25 * built.cell();
+    let solid = |p: DVec3| closed(built, p, growing);
     let bare = !solid(point.position);
     let direction = if bare { -point.normal } else { point.normal };
     let mut far = 0.0;

@@ -107,8 +107,8 @@ pub enum SurfacePlanError {
 /// [`SurfacePlanError`].
 pub fn plan_wall(
     sheet: &Sheet,
-    (wall, asked): (&WallAsked, &Asked),
-    settings: &Settings,
+    asked: &Asked,
+    (wall, settings): (&WallAsked, &Settings),
 ) -> Result<SurfacePlan, SurfacePlanError> {
     let base = base(&wall.base, sheet);
     let how = |strategy| SurfaceSettings {

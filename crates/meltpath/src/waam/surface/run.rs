@@ -45,7 +45,8 @@ pub(in crate::waam) fn run(
     let way = (&wall.film, &wall.summary.commands[..]);
     views::waam::cell::show(&folder, &mut report, settings, way, &wall.commands)?;
     outcome::tell(&folder, &report)?;
-    loaded.keep(&folder, &wall.plan.toolpath, &wall.files)?;
+    let built = (wall.name.as_str(), &wall.mesh);
+    loaded.keep(&folder, (&wall.plan.toolpath, built), &wall.files)?;
     observer.check()?;
     Ok(Outcome {
         folder: folder.commit()?,

@@ -11,9 +11,11 @@ use meltpath_robot::collision::Metal;
 
 use super::grow::{Grown, drive};
 use super::onto::OntoMeshes;
-use super::plan::{SurfacePlan, plan_layers, plan_wall};
-use super::{Asked, Shape, judge, metal};
-use crate::stages::{self, sheet};
+use super::plan::{Ground, SurfacePlan, plan_layers, plan_wall};
+use super::{Asked, Shape, WallAsked, judge, metal};
+use crate::stages::onto::{self, Onto};
+use crate::stages::sheet::{self, Sheet};
+use crate::waam::deposit::target::lattice;
 use crate::waam::drive::columns;
 use crate::waam::drive::film::Film;
 use crate::waam::drive::reach;
@@ -54,15 +56,20 @@ pub(crate) struct Wall {
     pub(super) film: Film,
 }
 
-/// What a job lays, read, placed and planned.
-pub(super) fn placed(
+/// The files of a job, read and placed.
+enum Read {
+    Wall(Sheet, WallAsked),
+    Onto(Onto),
+}
+
+fn read(
     loaded: &Loaded,
     asked: &Asked,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Placed, WaamError> {
+) -> Result<Read, WaamError> {
     let settings = &loaded.settings;
-    match &asked.shape {
+    Ok(match &asked.shape {
         Shape::Wall(wall) => {
             let how = sheet::How {
                 unit: settings.part_unit,
@@ -71,35 +78,70 @@ pub(super) fn placed(
                 faces: wall.faces.as_deref(),
             };
             let sheet = sheet::load(&settings.part, how, reporter, observer)?;
-            observer.stage("plan", 0);
-            Ok(Placed {
-                plan: plan_wall(&sheet, (wall, asked), settings)?,
-                name: sheet.name,
-                mesh: sheet.mesh,
-                findings: sheet.findings,
-            })
+            Read::Wall(sheet, wall.clone())
         }
         Shape::Onto(on) => {
-            let how = stages::onto::How {
+            let how = onto::How {
                 unit: settings.part_unit,
                 up: settings.up,
                 chord_error: settings.chord_error,
             };
-            let both = stages::onto::load(&settings.part, &on.body, how, reporter, observer)?;
-            observer.stage("plan", 0);
+            Read::Onto(onto::load(
+                &settings.part,
+                &on.body,
+                how,
+                reporter,
+                observer,
+            )?)
+        }
+    })
+}
+
+/// What a job builds, with its name.
+pub(in crate::waam) fn built(
+    loaded: &Loaded,
+    asked: &Asked,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(String, Mesh), WaamError> {
+    Ok(match read(loaded, asked, reporter, observer)? {
+        Read::Wall(sheet, _) => (sheet.name, sheet.mesh),
+        Read::Onto(both) => (both.part.name, both.part.mesh),
+    })
+}
+
+/// What a job lays, read, placed and planned.
+pub(super) fn placed(
+    loaded: &Loaded,
+    asked: &Asked,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Placed, WaamError> {
+    let settings = &loaded.settings;
+    let read = read(loaded, asked, reporter, observer)?;
+    observer.stage("plan", 0);
+    Ok(match read {
+        Read::Wall(sheet, wall) => Placed {
+            plan: plan_wall(&sheet, asked, (&wall, settings))?,
+            name: sheet.name,
+            mesh: sheet.mesh,
+            findings: sheet.findings,
+        },
+        Read::Onto(both) => {
             let meshes = OntoMeshes {
                 part: both.part.mesh.clone(),
                 body: both.body.mesh,
             };
             let body = both.body.findings.iter().map(|f| format!("body: {f}"));
-            Ok(Placed {
+            let findings = both.part.findings.into_iter().chain(body).collect();
+            Placed {
                 plan: plan_layers(meshes, asked, settings, (reporter, observer))?,
                 name: both.part.name,
                 mesh: both.part.mesh,
-                findings: both.part.findings.into_iter().chain(body).collect(),
-            })
+                findings,
+            }
         }
-    }
+    })
 }
 
 /// Plans, writes, drives and judges.
@@ -162,9 +204,16 @@ fn columns(plan: &SurfacePlan, settings: &Settings) -> Result<Vec<(u32, Metal)>,
     let half = 0.5 * settings.bead.width.value;
     // a wall that leans reaches over its middle by half of its thickness
     let top = |p: &SurfacePoint| p.position + half * p.normal.z.abs() * DVec3::Z;
-    let pairs = plan.passes.iter().flat_map(|p| {
+    let beads = plan.passes.iter().flat_map(|p| {
         let pairs = p.points.windows(2);
         pairs.map(|pair| (p.number, [top(&pair[0]), top(&pair[1])]))
     });
-    Ok(columns::columns(&pairs.collect::<Vec<_>>(), (half, 0.0))?)
+    // what is there before the first layer
+    let body = match &plan.ground {
+        Ground::Body(meshes) => lattice(&meshes.body, columns::COLUMN),
+        Ground::Base(_) => Vec::new(),
+    };
+    let body = body.iter().map(|p| (0, [p.position; 2]));
+    let pairs: Vec<(u32, [DVec3; 2])> = body.chain(beads).collect();
+    Ok(columns::columns(&pairs, (half, 0.0))?)
 }

@@ -136,9 +136,9 @@ fn what_is_no_material_is_named_in_its_place() {
         error.to_string()
     };
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
-    assert!(
-        refused("gold").contains("known are \"in625-laser\", \"ti6al4v-ebm\"; or name a TOML file")
-    );
+    assert!(refused("gold").contains(
+        "known are \"in625-laser\", \"in718-laser\", \"ti6al4v-ebm\"; or name a TOML file"
+    ));
     assert!(refused("none.toml").contains("cannot read the material"));
     let (before, _) = TITANIUM.split_once(" 750.0\nunit").unwrap();
     write("cut.toml", before);
