@@ -22,6 +22,7 @@ mod joint_moves;
 mod leaning;
 mod lpbf;
 mod names;
+mod onto;
 mod over;
 mod paced;
 mod reach;
