@@ -315,10 +315,13 @@ impl Layout {
             let corners = [place(p), place(q), place(r)];
             let weight = |k: usize| {
                 let [u, v] = [k, (k + 1) % 3].map(|i| corners[i] - corners[(k + 2) % 3]);
+                let cotangent = u.dot(v) / u.perp_dot(v).abs();
                 // of a triangle without an area it may be no number
-                (u.dot(v) / u.perp_dot(v).abs())
-                    .max(WEIGHTS[0])
-                    .min(WEIGHTS[1])
+                if cotangent.is_nan() {
+                    WEIGHTS[0]
+                } else {
+                    cotangent.clamp(WEIGHTS[0], WEIGHTS[1])
+                }
             };
             let shape = Shape {
                 vertices: mesh.triangles[t].map(|v| v as usize),

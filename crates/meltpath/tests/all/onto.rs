@@ -52,7 +52,7 @@ fn a_pad_on_a_tube_covers_its_part() {
     assert!(of("spacing").value.as_ref().unwrap().value < 1.0);
     let balance = verdict.facts.iter().find(|f| f.id == "metal").unwrap();
     let numbers: Vec<f64> = balance
-        .text
+        .reason
         .split_whitespace()
         .filter_map(|w| w.parse().ok())
         .collect();

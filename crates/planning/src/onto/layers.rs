@@ -5,7 +5,9 @@ use meltpath_geometry::distance::Distance;
 use meltpath_geometry::level::{Sampled, piece};
 use meltpath_geometry::math::DVec3;
 
-use super::{OntoError, OntoSettings, Shape};
+use super::error::OntoError;
+use super::settings::OntoSettings;
+use super::shape::Shape;
 
 /// Cells of the grid on which layers are found, along a stepover.
 const CELLS: f64 = 3.0;

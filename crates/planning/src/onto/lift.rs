@@ -2,9 +2,10 @@
 
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::thinned;
-use meltpath_toolpath::{Channel, Pass};
+use meltpath_toolpath::{Channel, Pass, Role};
 
-use super::{LaidOut, OntoBead, Shape};
+use super::laid_out::LaidOut;
+use super::shape::Shape;
 use crate::fill::{Coverage, Gap};
 use crate::surface::{SurfacePass, SurfacePoint};
 
@@ -12,6 +13,17 @@ use crate::surface::{SurfacePass, SurfacePoint};
 const STEP: f64 = 0.5;
 /// A bead's course is that of its foot and of a point so far along the torch, mm: the torch turns evenly between points that stay.
 const LEVER: f64 = 15.0;
+
+/// One bead.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OntoBead {
+    /// Where it lies; its number is that of its layer.
+    pub pass: SurfacePass,
+    /// What it is for.
+    pub role: Role,
+    /// Travel speed of each of its moves, mm/s; `None` is the bead's own.
+    pub speeds: Vec<Option<f64>>,
+}
 
 /// How a layer is brought back.
 pub(super) struct Lift<'a> {
@@ -56,7 +68,7 @@ impl Lift<'_> {
             points.pop();
             points.push(first);
         }
-        let (mut points, speeds) = self.thinned(points, &speeds);
+        let (mut points, speeds) = self.thinned(&points, &speeds);
         across(&mut points);
         (points.len() > 1).then_some(OntoBead {
             pass: SurfacePass {
@@ -84,7 +96,7 @@ impl Lift<'_> {
     /// Without the points that say nothing of the course, the torch or the speed.
     fn thinned(
         &self,
-        points: Vec<SurfacePoint>,
+        points: &[SurfacePoint],
         speeds: &[Option<f64>],
     ) -> (Vec<SurfacePoint>, Vec<Option<f64>>) {
         let ends = |far: f64| -> Vec<bool> {

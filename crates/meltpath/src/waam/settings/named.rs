@@ -29,12 +29,12 @@ pub(crate) fn problems(job: &WaamJob, folder: &Path, wrong: impl Fn(&str) -> boo
 /// Why the part, or the body that it grows out of, cannot be opened, at its key.
 pub(in crate::waam) fn absent_part(job: &WaamJob, folder: &Path) -> Option<Problem> {
     let body = job.onto.as_ref().map(|onto| (&onto.body, "the body"));
-    let files = std::iter::once((&job.part, "the part")).chain(body);
+    let mut files = std::iter::once((&job.part, "the part")).chain(body);
     let absent = |(key, what): (&Setting<File>, &str)| {
         let file = folder.join(&***key);
         let error = std::fs::metadata(&file).err()?;
         let message = format!("cannot open {what} {}: {error}", file.display());
         Some(key.problem(message))
     };
-    files.filter_map(absent).next()
+    files.find_map(absent)
 }

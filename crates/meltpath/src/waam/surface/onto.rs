@@ -9,28 +9,10 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 
 use super::Asked;
-use super::plan::SurfacePlan;
+use super::plan::{OntoMeshes, SurfacePlan};
 use crate::waam::deposit::target::{SurfacePoint, lattice};
 use crate::waam::judge::GrowthError;
 use crate::waam::settings::Settings;
-
-/// The part and the body that it grows out of, in the build.
-#[derive(Debug, Clone)]
-pub struct OntoMeshes {
-    /// As it is to be, or what is to be added alone.
-    pub part: Mesh,
-    /// As it is now.
-    pub body: Mesh,
-}
-
-impl OntoMeshes {
-    /// How far the part reaches out of the body, mm.
-    pub(super) fn reach(&self) -> f64 {
-        let body = Distance::new(&self.body);
-        let far = |p: &DVec3| body.foot(*p).map_or(0.0, |f| f.distance);
-        self.part.vertices.iter().map(far).fold(0.0, f64::max)
-    }
-}
 
 /// Distance between the points at which stock is measured, mm.
 const SPACING: f64 = 2.0;
@@ -176,9 +158,13 @@ impl Wanted {
                     continue;
                 };
                 let growing = foot.outward;
-                let bare = |at: DVec3| match closed(built, at, growing) {
-                    true => 0.0,
-                    false => (part - built.sample(at).max(body)).max(0.0),
+                let bare = |at: DVec3| {
+                    let there = built.sample(at).max(body);
+                    if closed(built, at, growing) {
+                        0.0
+                    } else {
+                        (part - there).max(0.0)
+                    }
                 };
                 let higher = p + off(foot.distance.max(0.0)) * growing;
                 let own = [part - body, bare(p), bare(higher)];

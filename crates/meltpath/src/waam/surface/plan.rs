@@ -1,7 +1,9 @@
 //! The passes of a wall on a surface, how the torch is held along them, and the toolpath they make.
 
 use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::Mesh;
 use meltpath_geometry::boolean::PlanarError;
+use meltpath_geometry::distance::Distance;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
 use meltpath_planning::onto::{Onto, OntoError, OntoLayer, OntoPlan, OntoSettings};
@@ -13,7 +15,6 @@ use meltpath_planning::surface::{
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::{Layer, Role, Toolpath};
 
-use super::onto::OntoMeshes;
 use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
@@ -51,6 +52,24 @@ impl SurfacePlan {
             Ground::Base(_) => 1.0,
             Ground::Body(_) => 0.0,
         }
+    }
+}
+
+/// The part and the body that it grows out of, in the build.
+#[derive(Debug, Clone)]
+pub struct OntoMeshes {
+    /// As it is to be, or what is to be added alone.
+    pub part: Mesh,
+    /// As it is now.
+    pub body: Mesh,
+}
+
+impl OntoMeshes {
+    /// How far the part reaches out of the body, mm.
+    pub(super) fn reach(&self) -> f64 {
+        let body = Distance::new(&self.body);
+        let far = |p: &DVec3| body.foot(*p).map_or(0.0, |f| f.distance);
+        self.part.vertices.iter().map(far).fold(0.0, f64::max)
     }
 }
 

@@ -10,8 +10,7 @@ use meltpath_robot::Summary;
 use meltpath_robot::collision::Metal;
 
 use super::grow::{Grown, drive};
-use super::onto::OntoMeshes;
-use super::plan::{Ground, SurfacePlan, plan_layers, plan_wall};
+use super::plan::{Ground, OntoMeshes, SurfacePlan, plan_layers, plan_wall};
 use super::{Asked, Shape, WallAsked, judge, metal};
 use crate::stages::onto::{self, Onto};
 use crate::stages::sheet::{self, Sheet};

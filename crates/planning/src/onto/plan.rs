@@ -1,0 +1,136 @@
+//! Layers on a body, from the surfaces through their middles to beads in space.
+
+use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::{Mesh, Plane, Region};
+use meltpath_toolpath::Layer;
+use rayon::prelude::*;
+
+use super::error::OntoError;
+use super::laid_out::{LaidOut, laid_out_in_a_plane};
+use super::layers::Growing;
+use super::lift::{Lift, OntoBead};
+use super::settings::OntoSettings;
+use crate::fill::{Coverage, FillLayer, PassIds, plan_layers};
+
+/// One layer as planned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OntoLayer {
+    /// Its number, from 1.
+    pub number: u32,
+    /// Distance of its top from the body, mm.
+    pub top: f64,
+    /// Area of the surface through its middle, mm².
+    pub area: f64,
+    /// Distances between beads over those that were asked for: the least and the greatest, each with its place.
+    pub stretch: [(f64, DVec3); 2],
+    /// How its pieces are covered; places of gaps are on the layer.
+    pub coverage: Vec<Coverage>,
+    /// Its rims, closed lines on the surface through its middle, mm.
+    pub rims: Vec<Vec<DVec3>>,
+    /// Its beads as they lie in the plane.
+    pub path: Layer,
+}
+
+/// Layers on a body.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct OntoPlan {
+    /// Beads in the order in which they are laid.
+    pub beads: Vec<OntoBead>,
+    /// The layers.
+    pub layers: Vec<OntoLayer>,
+}
+
+/// A part that grows out of a body: what its plans share.
+pub struct Onto<'a> {
+    growing: Growing<'a>,
+    settings: OntoSettings<'a>,
+}
+
+impl<'a> Onto<'a> {
+    /// Finds what grows out of `body` where `part` is to be; both are closed, in the same coordinates.
+    ///
+    /// Where the part reaches out of the body by less than half of `height`, the height of a layer, mm, nothing is laid.
+    ///
+    /// # Errors
+    /// [`OntoError`].
+    pub fn new(
+        part: &Mesh,
+        body: &Mesh,
+        height: f64,
+        settings: OntoSettings<'a>,
+    ) -> Result<Self, OntoError> {
+        for (name, value) in [
+            ("the layer height", height),
+            ("the chord error", settings.chord_error),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(OntoError::Setting { name, value });
+            }
+        }
+        settings.fill.check()?;
+        Ok(Onto {
+            growing: Growing::new(part, body, height, settings)?,
+            settings,
+        })
+    }
+
+    /// Plans layers that are as high as `heights` says, from the body on, mm; the last one repeats.
+    ///
+    /// # Errors
+    /// [`OntoError`].
+    pub fn plan(
+        &self,
+        heights: &[f64],
+        reporter: &Reporter,
+        observer: &dyn Observer,
+    ) -> Result<OntoPlan, OntoError> {
+        let sheets = self.growing.sheets(heights);
+        let numbered: Vec<(u32, &Mesh)> = (1..).zip(&sheets).collect();
+        let laid_out = numbered
+            .into_par_iter()
+            .map(|(number, sheet)| laid_out_in_a_plane(number, sheet, self.settings.fill.width))
+            .collect::<Result<Vec<LaidOut>, OntoError>>()?;
+        let plane = Plane::horizontal(0.0);
+        let regions: Vec<Vec<Region>> = laid_out.iter().map(LaidOut::regions).collect();
+        let wanted = laid_out.iter().zip(&regions);
+        let wanted: Vec<FillLayer<'_>> = wanted
+            .map(|(layer, regions)| FillLayer {
+                number: layer.number,
+                plane: &plane,
+                regions,
+            })
+            .collect();
+        let ids = PassIds { part: 0 };
+        let filled = plan_layers(&wanted, self.settings.fill, ids, reporter, observer)?;
+        let mut plan = OntoPlan::default();
+        let mut bottom = 0.0;
+        for (i, (layer, filled)) in laid_out.iter().zip(filled).enumerate() {
+            let height = heights.get(i).or(heights.last()).copied().unwrap_or(0.0);
+            let lift = Lift {
+                layer,
+                body: &self.growing.body,
+                heights: [bottom, bottom + height],
+                chord_error: self.settings.chord_error,
+            };
+            bottom += height;
+            plan.beads
+                .extend(filled.path.passes().filter_map(|p| lift.bead(p)));
+            plan.layers.push(OntoLayer {
+                number: layer.number,
+                top: bottom,
+                area: layer.area,
+                stretch: layer.stretch(),
+                coverage: lift.coverage(filled.coverage),
+                rims: layer.pieces.iter().flat_map(|p| p.flat.rims()).collect(),
+                path: filled.path,
+            });
+        }
+        if plan.beads.is_empty() {
+            return Err(OntoError::Narrow {
+                width: self.settings.fill.width,
+            });
+        }
+        Ok(plan)
+    }
+}
