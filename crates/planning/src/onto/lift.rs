@@ -6,7 +6,7 @@ use meltpath_toolpath::{Channel, Pass, Role};
 
 use super::laid_out::LaidOut;
 use super::shape::Shape;
-use crate::fill::{Coverage, Gap};
+use crate::fill::Coverage;
 use crate::surface::{SurfacePass, SurfacePoint};
 
 /// Steps along a bead in which it is brought back, mm, before points that say nothing of its course are left out.
@@ -68,13 +68,21 @@ impl Lift<'_> {
             points.pop();
             points.push(first);
         }
-        let (mut points, speeds) = self.thinned(&points, &speeds);
-        across(&mut points);
-        (points.len() > 1).then_some(OntoBead {
-            pass: SurfacePass {
-                number: self.layer.number,
-                points,
-            },
+        let (points, speeds) = self.thinned(&points, &speeds);
+        let mut bead = SurfacePass {
+            number: self.layer.number,
+            points,
+        };
+        let across = |i: usize| {
+            let growth = bead.points[i].growth;
+            bead.travel(i).cross(growth).normalize_or_zero()
+        };
+        let normals: Vec<DVec3> = (0..bead.points.len()).map(across).collect();
+        for (point, normal) in bead.points.iter_mut().zip(normals) {
+            point.normal = normal;
+        }
+        (bead.points.len() > 1).then_some(OntoBead {
+            pass: bead,
             role: pass.head.role,
             speeds,
         })
@@ -122,32 +130,9 @@ impl Lift<'_> {
         for covered in &mut all {
             let region = covered.region;
             for gap in &mut covered.gaps {
-                let Gap { place, .. } = gap;
-                *place = self.place(*place, region).unwrap_or(*place);
+                gap.place = self.place(gap.place, region).unwrap_or(gap.place);
             }
         }
         all
-    }
-}
-
-/// Tells each point the way across its bead.
-fn across(points: &mut [SurfacePoint]) {
-    let Some(last) = points.len().checked_sub(1) else {
-        return;
-    };
-    let closed = last > 1 && points[0].position == points[last].position;
-    let places: Vec<DVec3> = points.iter().map(|p| p.position).collect();
-    for (i, point) in points.iter_mut().enumerate() {
-        let before = match i {
-            0 if closed => last - 1,
-            _ => i.saturating_sub(1),
-        };
-        let after = if i == last && closed {
-            1
-        } else {
-            (i + 1).min(last)
-        };
-        let travel = (places[after] - places[before]).normalize_or_zero();
-        point.normal = travel.cross(point.growth).normalize_or_zero();
     }
 }

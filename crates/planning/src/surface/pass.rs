@@ -38,6 +38,24 @@ impl SurfacePass {
         self.points.len() > 2 && ends.is_some_and(|(a, b)| a.position == b.position)
     }
 
+    /// The unit direction of travel at a point, by its neighbours; around the end of a closed pass. Zero where there is none.
+    pub fn travel(&self, i: usize) -> DVec3 {
+        let (points, closed) = (&self.points, self.is_closed());
+        let last = points.len().saturating_sub(1);
+        let before = match i {
+            0 if closed => last - 1,
+            _ => i.saturating_sub(1),
+        };
+        let after = match i {
+            _ if i == last && closed => 1,
+            _ => (i + 1).min(last),
+        };
+        let ends = points.get(before).zip(points.get(after));
+        ends.map_or(DVec3::ZERO, |(a, b)| {
+            (b.position - a.position).normalize_or_zero()
+        })
+    }
+
     /// Length, mm.
     pub fn length(&self) -> f64 {
         let steps = self.points.windows(2);

@@ -38,20 +38,6 @@ pub struct Torch {
 /// holds for what the torch really does.
 pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {
     let points = &pass.points;
-    let last = points.len().saturating_sub(1);
-    let closed = pass.is_closed();
-    let travel = |i: usize| {
-        let before = match i {
-            0 if closed => last - 1,
-            _ => i.saturating_sub(1),
-        };
-        let after = if i == last && closed {
-            1
-        } else {
-            (i + 1).min(last)
-        };
-        (points[after].position - points[before].position).normalize_or_zero()
-    };
     let ruled = |p: &SurfacePoint| match torch.rule {
         TorchRule::Tangent => p.growth,
         // where the wall grows straight back there is no half way: the wall itself shows where to
@@ -64,7 +50,7 @@ pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {
     }
     let axis = |i: usize| {
         let axis = ruled[i];
-        let along = travel(i);
+        let along = pass.travel(i);
         let along = (along - axis * along.dot(axis)).normalize_or_zero();
         let (s, c) = torch.lead.sin_cos();
         let led = if along == DVec3::ZERO {
