@@ -230,7 +230,7 @@ def main(arguments):
         expect(len(pd.read_json(path, lines=True)) > 0, f"{path}: no tests")
     for path in sorted(folder.rglob("*.stl")):
         check_stl(path)
-    for path in sorted(folder.rglob("*.3mf")):
+    for path in sorted(folder.rglob("*.build.3mf")):
         check_toolpath(path)
     check_json(folder)
     for problem in problems:
