@@ -5,7 +5,7 @@ use meltpath_geometry::Region;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 
-use crate::fill::outline::{contains, edges, length, nearest_share};
+use crate::fill::outline::{clearance, contains, length, nearest_share};
 use crate::fill::settings::FillSettings;
 
 /// Bends sharper than this between straight walls get a corner, rad (20°), and up to the second (130°).
@@ -99,12 +99,4 @@ fn begun_on_longest(line: &[DVec2], settings: &FillSettings) -> Vec<DVec2> {
     begun.extend_from_slice(&line[1..=edge]);
     begun.push(middle);
     begun
-}
-
-fn clearance(region: &Region, p: DVec2) -> f64 {
-    region
-        .rings()
-        .flat_map(edges)
-        .map(|(a, b)| p.distance(a.lerp(b, nearest_share(p, a, b))))
-        .fold(f64::INFINITY, f64::min)
 }

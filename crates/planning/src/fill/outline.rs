@@ -57,6 +57,15 @@ pub(crate) fn nearest_share(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     segments::nearest_share((p - a).dot(e), e.length_squared())
 }
 
+/// How far `p` is from the boundary, on either side of it.
+pub(crate) fn clearance(region: &Region, p: DVec2) -> f64 {
+    region
+        .rings()
+        .flat_map(edges)
+        .map(|(a, b)| p.distance(a.lerp(b, nearest_share(p, a, b))))
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// Length of a polyline.
 pub(crate) fn length(points: &[DVec2]) -> f64 {
     points.windows(2).map(|s| s[0].distance(s[1])).sum()

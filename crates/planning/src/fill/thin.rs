@@ -8,7 +8,7 @@ use meltpath_geometry::offset::{inset, outset};
 
 use crate::fill::bend::with_corners;
 use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
-use crate::fill::outline::{contains, length, ray, without_start};
+use crate::fill::outline::{clearance, contains, length, ray, without_start};
 use crate::fill::settings::{FillSettings, end_distance};
 
 /// Chains that turn by less run on through a junction, rad (75°): walls of a honeycomb meet at 60°.
@@ -82,7 +82,7 @@ pub(crate) fn split(
         let chains = joined(chains, 0.5 * width, LARGEST_TURN);
         let lines: Vec<Vec<DVec2>> = chains
             .iter()
-            .map(|chain| centre_line(chain, region, settings))
+            .map(|chain| centre_line(chain, region, narrowest, settings))
             .filter(|line| length(line) + 1e-9 >= settings.shortest_bead.min(2.0 * stepover))
             .collect();
         let before = kept.len();
@@ -138,7 +138,12 @@ fn is_spot(core: &Region, settings: &FillSettings) -> Result<bool, PlanarError> 
 }
 
 /// The bead on a chain: from half a width before the section's end, half a stepover before another bead.
-fn centre_line(chain: &Chain, region: &Region, settings: &FillSettings) -> Vec<DVec2> {
+fn centre_line(
+    chain: &Chain,
+    region: &Region,
+    narrowest: f64,
+    settings: &FillSettings,
+) -> Vec<DVec2> {
     let (width, stepover) = (settings.width, settings.stepover);
     let line: Vec<DVec2> = chain.nodes.iter().map(|n| n.position).collect();
     let mut line = with_corners(&line, region, settings);
@@ -152,15 +157,31 @@ fn centre_line(chain: &Chain, region: &Region, settings: &FillSettings) -> Vec<D
             End::Wide => end_distance(stepover) + 0.25 * stepover,
             End::Junction => end_distance(stepover),
             End::Narrow => 0.0,
-            End::Dead => {
-                ray(region, tip, direction).map_or(0.0, |room| (0.5 * width - room).max(-width))
-            }
+            End::Dead => match ray(region, tip, direction) {
+                None => 0.0,
+                Some(room) if room < 0.5 * width => 0.5 * width - room,
+                Some(room) => {
+                    let way = direction * (room - 0.5 * width).min(width);
+                    -roomy_way(region, tip, way, narrowest)
+                }
+            },
         };
         // the last point on the first turn, the first one on the second
         line.reverse();
         line = moved_start(&line, cut, direction);
     }
     line
+}
+
+/// How far along `way` the section beside it stays wide enough for a bead, mm: a section may end askew.
+fn roomy_way(region: &Region, tip: DVec2, way: DVec2, narrowest: f64) -> f64 {
+    const STEPS: u32 = 16;
+    let roomy = (1..=STEPS)
+        .take_while(|&i| {
+            clearance(region, tip + way * (f64::from(i) / f64::from(STEPS))) >= narrowest
+        })
+        .count();
+    way.length() * roomy as f64 / f64::from(STEPS)
 }
 
 /// The line with its first point cut back by `cut`, or moved on along `direction` where that is negative.
