@@ -148,12 +148,27 @@ fn put(padded: &mut [f32; GHOSTED], side: usize, values: &[f32; N]) {
 /// What a coarser neighbour has before the middles of the fine cells of a side, straight between its cells.
 #[inline(always)]
 fn between(coarse: &[f32; N], half: usize) -> [f32; N] {
+    // one cell beyond each end of the half, at the ends of the side the last one again
+    let from = half * (N / 2);
+    let mut near = [0.0; N / 2 + 2];
+    for n in 0..N / 2 {
+        near[n + 1] = coarse[from + n];
+    }
+    near[0] = coarse[from.saturating_sub(1)];
+    near[N / 2 + 1] = coarse[(from + N / 2).min(N - 1)];
+    let mut slopes = [0.0; N / 2];
+    for n in 0..N / 2 {
+        slopes[n] = 0.125 * (near[n + 2] - near[n]);
+    }
+    if half == 0 {
+        slopes[0] *= 2.0;
+    } else {
+        slopes[N / 2 - 1] *= 2.0;
+    }
     let mut out = [0.0; N];
-    for (n, out) in out.iter_mut().enumerate() {
-        let c = half * (N / 2) + n / 2;
-        let (low, high) = (c.saturating_sub(1), (c + 1).min(N - 1));
-        let slope = (coarse[high] - coarse[low]) / (high - low) as f32;
-        *out = coarse[c] + slope * if n % 2 == 0 { -0.25 } else { 0.25 };
+    for n in 0..N / 2 {
+        out[2 * n] = near[n + 1] - slopes[n];
+        out[2 * n + 1] = near[n + 1] + slopes[n];
     }
     out
 }
@@ -161,7 +176,10 @@ fn between(coarse: &[f32; N], half: usize) -> [f32; N] {
 #[inline(always)]
 fn fill(padded: &mut [f32; GHOSTED], own: &[f32]) {
     for j in 0..N {
-        padded[(j + 1) * ROW + 1..][..N].copy_from_slice(&own[j * N..][..N]);
+        let (row, own) = (&mut padded[(j + 1) * ROW + 1..][..N], &own[j * N..][..N]);
+        for i in 0..N {
+            row[i] = own[i];
+        }
     }
 }
 
@@ -216,7 +234,8 @@ fn pad_share(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usi
 }
 
 /// What lies under the cells of the lowest plane: `θ`, and shares of the dense conductivity.
-struct Beneath {
+#[derive(Debug, Clone)]
+pub(crate) struct Beneath {
     theta: [f32; PLANE],
     share: [f32; PLANE],
     dense: bool,
@@ -253,7 +272,8 @@ fn beneath(under: &Under) -> Beneath {
                 let row = quarter[1] * (N / 2) + half;
                 let (south, north) = (row.saturating_sub(1), (row + 1).min(N - 1));
                 let upwards = 0.25 / (north - south) as f32;
-                let [here, south, north] = [row, south, north].map(|row| &theta[row * N..][..N]);
+                let (here, south) = (&theta[row * N..][..N], &theta[south * N..][..N]);
+                let north = &theta[north * N..][..N];
                 let onwards = onwards(here);
                 for n in 0..N / 2 {
                     let c = quarter[0] * (N / 2) + n;
@@ -297,7 +317,9 @@ fn conduct(step: Conduct) {
     } = step;
     let mut theta = [0.0_f32; GHOSTED];
     let mut share = [1.0_f32; GHOSTED];
-    let beneath = beneath(&under);
+    // what a trunk shows changes when it begins a step
+    let known = tile.beneath.take().filter(|_| !first.below);
+    let beneath = known.unwrap_or_else(|| Box::new(beneath(&under)));
     let (base, end) = (own.base, own.base + own.dense.len());
     let mut left = 0.0_f64;
     for k in base..end {
@@ -352,9 +374,13 @@ fn conduct(step: Conduct) {
             conduct_powder(formulas, &around, &mut cells);
         }
         if lowest {
-            let sum = downwards(&plane, own, &beneath, &mut tile.down, first.below);
+            let heat = downwards(&plane, own, &beneath);
             if matches!(under, Under::Held(_)) {
+                let sum: f64 = heat.iter().map(|h| f64::from(*h)).sum();
                 left += sum * area * f64::from(plane.height);
+            }
+            for (down, heat) in tile.down.iter_mut().zip(heat) {
+                *down = if first.below { heat } else { *down + heat };
             }
         }
         let edge = Edge {
@@ -372,29 +398,29 @@ fn conduct(step: Conduct) {
             take_from_above(over, planes[end].height / plane.height, g, r);
         }
     }
+    tile.beneath = Some(beneath);
     tile.lost.conducted += left;
 }
 
-/// Counts what the cells of the lowest plane give downwards, as they were before the step; its sum, J/mm³.
+/// What the cells of the lowest plane give downwards, J/mm³.
 #[inline(always)]
-fn downwards(
-    plane: &PlaneStep,
-    own: &Shown,
-    beneath: &Beneath,
-    down: &mut [f32],
-    first: bool,
-) -> f64 {
-    let (theta, share) = (own.theta(own.base), own.share(own.base));
+fn downwards(plane: &PlaneStep, own: &Shown, beneath: &Beneath) -> [f32; PLANE] {
+    let theta = own.theta(own.base);
     let [h, hd] = [plane.height, plane.heights[0]];
     let mut heat = [0.0_f32; PLANE];
+    if own.dense(own.base) && beneath.dense {
+        let flows = plane.along[0] / (h + hd);
+        for n in 0..PLANE {
+            heat[n] = flows * (theta[n] - beneath.theta[n]);
+        }
+        return heat;
+    }
+    let share = own.share(own.base);
     for n in 0..PLANE {
         let (c, cd) = (share[n], beneath.share[n]);
         heat[n] = plane.along[0] * c * cd / (h * cd + hd * c) * (theta[n] - beneath.theta[n]);
     }
-    for (down, heat) in down.iter_mut().zip(heat) {
-        *down = if first { heat } else { *down + heat };
-    }
-    heat.iter().map(|h| f64::from(*h)).sum()
+    heat
 }
 
 /// Takes what four finer tiles gave to the highest plane of a trunk; `heights` is theirs over its own.
@@ -448,16 +474,16 @@ fn exchange(
                         shares[n] = harmonic(a[n], b[n]);
                     }
                 }
-                let mut sum = 0.0_f64;
+                let mut heat = [0.0_f32; N];
                 for n in 0..N {
-                    let heat = edge.across * shares[n] * (inner[n] - ghost[n]);
-                    sum += f64::from(heat);
-                    if let Some(out) = out[s].get_mut(edge.row + n) {
-                        *out = if edge.first[s] { heat } else { *out + heat };
-                    }
+                    heat[n] = edge.across * shares[n] * (inner[n] - ghost[n]);
                 }
                 if matches!(side, Side::Held(_)) {
-                    left += sum;
+                    left += heat.iter().map(|h| f64::from(*h)).sum::<f64>();
+                }
+                let out = out[s].get_mut(edge.row..edge.row + N);
+                for (out, heat) in out.into_iter().flatten().zip(heat) {
+                    *out = if edge.first[s] { heat } else { *out + heat };
                 }
             }
             Side::Finer(halves) => {

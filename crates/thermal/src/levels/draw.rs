@@ -61,8 +61,7 @@ impl Levels {
                 }
                 Ok(())
             };
-            self.advance(0, 0, &mut heat)?;
-            self.count();
+            self.advance_all(&mut heat)?;
         }
         self.write_down();
         self.watching.places.clear();

@@ -184,8 +184,7 @@ impl Levels {
             observer.check()?;
             self.cut(&[]);
             self.set_pace(LONGEST);
-            self.advance(0, 0, &mut |_, _| Ok(()))?;
-            self.count();
+            self.advance_all(&mut |_, _| Ok(()))?;
         }
         self.write_down();
         self.rebuild(Tree::new(self.tree.size(0), self.setup.coarser));

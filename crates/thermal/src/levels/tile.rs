@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::conduct::Beneath;
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
@@ -54,6 +55,8 @@ pub(crate) struct Tile {
     pub(crate) inbox: [Vec<f32>; 4],
     /// Heat given to the trunk below during its step, J/mm³ of the cells of the lowest plane; empty where none lies there.
     pub(crate) down: Vec<f32>,
+    /// What that trunk shows, since it began its step.
+    pub(crate) beneath: Option<Box<Beneath>>,
     /// Largest enthalpy above the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm, in all planes and in those
     /// that the next finer level has too; of the last look.
     pub(crate) warmth: f32,
@@ -139,6 +142,7 @@ impl Tile {
             out: Default::default(),
             inbox: Default::default(),
             down: Vec::new(),
+            beneath: None,
             warmth: 0.0,
             bend: 0.0,
             bend_high: 0.0,
@@ -149,6 +153,16 @@ impl Tile {
     /// Its planes, counted from the bottom of all.
     pub(crate) fn planes(&self) -> Range<usize> {
         self.base..self.base + self.enthalpy.len() / PLANE
+    }
+
+    /// Enthalpies and densities of the highest of `planes` planes, where it goes so high, and where its losses are written down.
+    pub(crate) fn top(&mut self, planes: usize) -> Option<([&mut [f32]; 2], &mut Ledger)> {
+        if self.planes().end != planes {
+            return None;
+        }
+        let cells = self.enthalpy.len() - PLANE..self.enthalpy.len();
+        let own = [&mut self.enthalpy[cells.clone()], &mut self.density[cells]];
+        Some((own, &mut self.lost))
     }
 
     /// Its planes below `plane`: what lies under the finer tiles that take the place of the others.
@@ -292,10 +306,10 @@ pub(crate) struct Look<'a> {
 impl CellLoop for Look<'_> {
     #[inline(always)]
     fn run(self) {
-        let mut warmth = [0.0_f32; N];
-        for row in self.tile.enthalpy.as_chunks::<N>().0 {
-            for i in 0..N {
-                let w = row[i];
+        let mut warmth = [0.0_f32; LANES];
+        for group in self.tile.enthalpy.as_chunks::<LANES>().0 {
+            for i in 0..LANES {
+                let w = group[i];
                 warmth[i] = if w > warmth[i] { w } else { warmth[i] };
             }
         }
@@ -317,19 +331,23 @@ impl CellLoop for Look<'_> {
 /// How strongly `θ` bends from cell to cell in a plane; rows and columns at its rim along themselves are left out.
 #[inline(always)]
 fn bend(plane: &[f32; PLANE]) -> f32 {
-    let rows = plane.as_chunks::<N>().0;
+    /// Nothing is known beyond the ends of a row.
+    const INNER: [f32; N] = {
+        let mut inner = [1.0; N];
+        (inner[0], inner[N - 1]) = (0.0, 0.0);
+        inner
+    };
     let mut largest = [0.0_f32; N];
-    for j in 1..N - 1 {
-        let (south, t, north) = (&rows[j - 1], &rows[j], &rows[j + 1]);
-        // the row moved by one cell each way, its ends standing for what lies beyond: nothing bends there
-        let (mut west, mut east) = ([0.0; N], [0.0; N]);
-        west[1..].copy_from_slice(&t[..N - 1]);
-        east[..N - 1].copy_from_slice(&t[1..]);
-        (west[0], east[0]) = (t[0], t[0]);
-        (west[N - 1], east[N - 1]) = (t[N - 1], t[N - 1]);
+    for at in (N..PLANE - N).step_by(N) {
+        let (t, west, east) = (
+            &plane[at..][..N],
+            &plane[at - 1..][..N],
+            &plane[at + 1..][..N],
+        );
+        let (south, north) = (&plane[at - N..][..N], &plane[at + N..][..N]);
         for i in 0..N {
             let upright = (south[i] - t[i] + (north[i] - t[i])).abs();
-            let flat = (west[i] - t[i] + (east[i] - t[i])).abs();
+            let flat = (west[i] - t[i] + (east[i] - t[i])).abs() * INNER[i];
             let bend = if upright > flat { upright } else { flat };
             largest[i] = if bend > largest[i] { bend } else { largest[i] };
         }
@@ -366,37 +384,37 @@ impl CellLoop for Follow<'_> {
         let first = tile.enthalpy.len() - tile.froze.before.len();
         let froze = &mut tile.froze;
         let rows = tile.enthalpy[first..].as_chunks::<N>().0.iter();
-        let rows = rows.zip(froze.before.as_chunks_mut::<N>().0);
-        for (row, (g, before)) in rows.enumerate() {
+        let rows = rows
+            .zip(froze.before.as_chunks_mut::<N>().0)
+            .zip(froze.above.as_chunks_mut::<N>().0);
+        for (row, ((g, before), above)) in rows.enumerate() {
             let mut hot = 0_u32;
             for i in 0..N {
                 hot |= u32::from(g[i] > line) | u32::from(before[i] > line);
             }
-            if hot != 0 {
-                for i in 0..N {
-                    let (was, g, n) = (before[i], g[i], row * N + i);
-                    let (hot_before, hot) = (was > line, g > line);
-                    if !(hot_before || hot) {
-                        continue;
-                    }
-                    let share = if hot_before == hot {
-                        1.0
-                    } else {
-                        (line - was) / (g - was)
-                    };
-                    let above = if hot && !hot_before {
-                        1.0 - share
-                    } else {
-                        share
-                    };
-                    froze.above[n] += passed as f32 * above;
-                    if hot_before && !hot {
-                        froze.fell[n] = (now - passed + f64::from(share) * passed) as f32;
-                        froze.rate[n] = (was - g) / (passed as f32 * liquidus.capacity);
-                    }
-                }
+            let was = std::mem::replace(before, *g);
+            if hot == 0 {
+                continue;
             }
-            *before = *g;
+            // the share of the time before the liquidus was passed
+            let mut share = [0.0_f32; N];
+            let mut fell = 0_u32;
+            for i in 0..N {
+                share[i] = (line - was[i]) / (g[i] - was[i]);
+                let (hot_before, hot) = (was[i] > line, g[i] > line);
+                fell |= u32::from(hot_before) & u32::from(!hot);
+                let rising = if hot { 1.0 - share[i] } else { 0.0 };
+                let falling = if hot { 1.0 } else { share[i] };
+                above[i] += passed as f32 * if hot_before { falling } else { rising };
+            }
+            if fell == 0 {
+                continue;
+            }
+            for i in (0..N).filter(|&i| was[i] > line && g[i] <= line) {
+                let n = row * N + i;
+                froze.fell[n] = (now - passed + f64::from(share[i]) * passed) as f32;
+                froze.rate[n] = (was[i] - g[i]) / (passed as f32 * liquidus.capacity);
+            }
         }
     }
 }

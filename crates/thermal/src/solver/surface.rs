@@ -44,7 +44,8 @@ pub(crate) struct Losses<R> {
 struct Steam {
     first: f64,
     per_entry: f64,
-    flux: Vec<f64>,
+    /// W/mm², and how much more at the next entry.
+    flux: Vec<[f64; 2]>,
     /// Mass of each component that leaves with a joule, kg, entry by entry.
     mass: Vec<[f64; Evaporation::MOST]>,
 }
@@ -84,6 +85,19 @@ impl<R: Real> Losses<R> {
         &self,
         f: &Formulas<R>,
         level: Level,
+        sizes: [f64; 3],
+        [enthalpy, density]: [&mut [R]; 2],
+        ledger: &mut Ledger,
+    ) {
+        self.radiate(f, level, sizes, [enthalpy, density], ledger);
+        self.evaporate(f, level, sizes, [enthalpy, density], ledger);
+    }
+
+    /// Takes what it radiates.
+    pub(crate) fn radiate(
+        &self,
+        f: &Formulas<R>,
+        level: Level,
         [dt, height, area]: [f64; 3],
         [enthalpy, density]: [&mut [R]; 2],
         ledger: &mut Ledger,
@@ -97,11 +111,22 @@ impl<R: Real> Losses<R> {
             density,
             radiated: &mut radiated,
         });
-        let volume = area * height;
-        ledger.radiated += radiated * volume;
+        ledger.radiated += radiated * area * height;
+    }
+
+    /// Takes what evaporates.
+    pub(crate) fn evaporate(
+        &self,
+        f: &Formulas<R>,
+        level: Level,
+        [dt, height, area]: [f64; 3],
+        [enthalpy, density]: [&mut [R]; 2],
+        ledger: &mut Ledger,
+    ) {
         let Some(steam) = &self.steam else {
             return;
         };
+        let volume = area * height;
         let (mut evaporated, mut vapour) = (0.0, [0.0; Evaporation::MOST]);
         level.run(Evaporate {
             steam,
@@ -130,24 +155,37 @@ impl Steam {
             let flux = law.flux(*kelvin, ambient).max(f64::MIN_POSITIVE);
             law.mass(*kelvin, ambient).map(|mass| mass / flux)
         };
+        let flux: Vec<f64> = kelvins.iter().map(|k| law.flux(*k, ambient)).collect();
         Steam {
             first,
             per_entry: 1.0 / step,
-            flux: kelvins.iter().map(|k| law.flux(*k, ambient)).collect(),
+            flux: flux.windows(2).map(|f| [f[0], f[1] - f[0]]).collect(),
             mass: kelvins.iter().map(per_joule).collect(),
         }
     }
 
-    /// Heat carried away, J/mm³, with `share = dt/height`, and the mass of each component that leaves with a joule, kg; implicit, so
-    /// that a step never overshoots.
+    /// Heat that each cell loses, J/mm³, with `share = dt/height`, and the entry of the table that it stands at; implicit, so that a
+    /// step never overshoots. Zero where nothing evaporates.
     #[inline(always)]
-    fn over(&self, g: f64, share: f64) -> (f64, &[f64; Evaporation::MOST]) {
-        let place = ((g - self.first) * self.per_entry).clamp(0.0, ENTRIES as f64 - 1e-9);
-        let i = place as usize;
-        let rise = self.flux[i + 1] - self.flux[i];
-        let flux = self.flux[i] + (place - i as f64) * rise;
-        let heat = share * flux / (1.0 + share * rise * self.per_entry);
-        (heat, &self.mass[i])
+    fn over<R: Real>(&self, g: &[R; LANES], share: f64) -> ([f64; LANES], [u32; LANES]) {
+        let (mut heat, mut entry) = ([0.0; LANES], [0_u32; LANES]);
+        let (mut between, mut rise) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            let place = (g[i].wide() - self.first) * self.per_entry;
+            let place = place.larger(0.0).smaller(ENTRIES as f64 - 1e-9);
+            entry[i] = place as u32;
+            between[i] = place - f64::from(entry[i]);
+        }
+        for i in 0..LANES {
+            let [flux, to_next] = self.flux[entry[i] as usize];
+            (heat[i], rise[i]) = (flux, to_next);
+        }
+        for i in 0..LANES {
+            let lost =
+                share * (heat[i] + between[i] * rise[i]) / (1.0 + share * rise[i] * self.per_entry);
+            heat[i] = if g[i].wide() > self.first { lost } else { 0.0 };
+        }
+        (heat, entry)
     }
 }
 
@@ -165,25 +203,55 @@ struct Evaporate<'a, R> {
 
 impl<R: Real> CellLoop for Evaporate<'_, R> {
     #[inline(always)]
-    fn run(self) {
+    fn run(mut self) {
+        let (groups, rest) = std::mem::take(&mut self.enthalpy).as_chunks_mut::<LANES>();
+        let (of_density, density_rest) = std::mem::take(&mut self.density).as_chunks_mut();
+        for (g, r) in groups.iter_mut().zip(of_density) {
+            self.group(g, r);
+        }
+        if !rest.is_empty() {
+            // what is left of the group is no cell, too cold to evaporate
+            let (mut g, mut r) = ([R::ZERO; LANES], [R::ONE; LANES]);
+            g[..rest.len()].copy_from_slice(rest);
+            r[..rest.len()].copy_from_slice(density_rest);
+            self.group(&mut g, &mut r);
+            rest.copy_from_slice(&g[..rest.len()]);
+            density_rest.copy_from_slice(&r[..rest.len()]);
+        }
+    }
+}
+
+impl<R: Real> Evaporate<'_, R> {
+    #[inline(always)]
+    fn group(&mut self, g: &mut [R; LANES], r: &mut [R; LANES]) {
         let first = R::of(self.steam.first);
-        let groups = self.enthalpy.chunks_mut(LANES);
-        for (g, r) in groups.zip(self.density.chunks_mut(LANES)) {
-            // most cells are cold
-            if g.iter().fold(0_u32, |any, g| any | u32::from(*g > first)) == 0 {
-                continue;
+        let (mut hot, mut powder) = (0_u32, 0_u32);
+        for i in 0..LANES {
+            hot |= u32::from(g[i] > first);
+            powder |= u32::from(r[i] < R::ONE);
+        }
+        // most cells are cold
+        if hot == 0 {
+            return;
+        }
+        let (heat, entry) = self.steam.over(g, self.share);
+        for (heat, entry) in heat.iter().zip(entry).filter(|(heat, _)| **heat > 0.0) {
+            *self.evaporated += heat;
+            for (sum, mass) in self.vapour.iter_mut().zip(&self.steam.mass[entry as usize]) {
+                *sum += heat * mass;
             }
-            for (g, r) in g.iter_mut().zip(r).filter(|(g, _)| **g > first) {
-                let (heat, per_joule) = self.steam.over(g.wide(), self.share);
-                *self.evaporated += heat;
-                for (sum, mass) in self.vapour.iter_mut().zip(per_joule) {
-                    *sum += heat * mass;
-                }
-                if *r < R::ONE {
-                    (*g, *r) = warm(self.formulas, *g, *r, R::of(-heat));
-                } else {
-                    *g += R::of(-heat);
-                }
+        }
+        if powder == 0 {
+            for i in 0..LANES {
+                g[i] += R::of(-heat[i]);
+            }
+            return;
+        }
+        for i in (0..LANES).filter(|&i| heat[i] > 0.0) {
+            if r[i] < R::ONE {
+                (g[i], r[i]) = warm(self.formulas, g[i], r[i], R::of(-heat[i]));
+            } else {
+                g[i] += R::of(-heat[i]);
             }
         }
     }
