@@ -253,17 +253,25 @@ fn onwards(row: &[f32]) -> [f32; N] {
     out
 }
 
+impl Default for Beneath {
+    fn default() -> Self {
+        Beneath {
+            theta: [0.0; PLANE],
+            share: [1.0; PLANE],
+            dense: true,
+        }
+    }
+}
+
 /// A quarter of a trunk's highest plane under finer cells: `θ` straight between its cells.
 #[inline(always)]
-fn beneath(under: &Under) -> Beneath {
-    let mut out = Beneath {
-        theta: [0.0; PLANE],
-        share: [1.0; PLANE],
-        dense: true,
-    };
+fn look_beneath(out: &mut Beneath, under: &Under) {
     match under {
-        Under::Closed => {}
-        Under::Held(theta) => out.theta = [*theta; PLANE],
+        Under::Closed => *out = Beneath::default(),
+        Under::Held(theta) => {
+            *out = Beneath::default();
+            out.theta = [*theta; PLANE];
+        }
         Under::Trunk(shown, quarter) => {
             let top = shown.base + shown.dense.len() - 1;
             let (theta, share) = (shown.theta(top), shown.share(top));
@@ -292,7 +300,6 @@ fn beneath(under: &Under) -> Beneath {
             }
         }
     }
-    out
 }
 
 #[inline(always)]
@@ -318,8 +325,14 @@ fn conduct(step: Conduct) {
     let mut theta = [0.0_f32; GHOSTED];
     let mut share = [1.0_f32; GHOSTED];
     // what a trunk shows changes when it begins a step
-    let known = tile.beneath.take().filter(|_| !first.below);
-    let beneath = known.unwrap_or_else(|| Box::new(beneath(&under)));
+    let beneath = match tile.beneath.take() {
+        Some(known) if !first.below => known,
+        before => {
+            let mut beneath = before.unwrap_or_default();
+            look_beneath(&mut beneath, &under);
+            beneath
+        }
+    };
     let (base, end) = (own.base, own.base + own.dense.len());
     let mut left = 0.0_f64;
     for k in base..end {

@@ -22,23 +22,27 @@ impl Tree {
     }
 
     /// Tiles along x and y of a level.
+    #[inline]
     pub(crate) fn size(&self, level: usize) -> [usize; 2] {
-        self.roots.map(|n| n << level)
+        [self.roots[0] << level, self.roots[1] << level]
     }
 
+    #[inline]
     fn place(&self, level: usize, at: [usize; 2]) -> usize {
         at[1] * self.size(level)[0] + at[0]
     }
 
     /// Whether the tile is divided into four of the next level.
+    #[inline]
     pub(crate) fn is_divided(&self, level: usize, at: [usize; 2]) -> bool {
         let places = self.divided.get(level);
         places.is_some_and(|d| d[self.place(level, at)])
     }
 
     /// Whether a tile of this level, divided or not, is there.
+    #[inline]
     pub(crate) fn is_there(&self, level: usize, at: [usize; 2]) -> bool {
-        level == 0 || self.is_divided(level - 1, at.map(|t| t / 2))
+        level == 0 || self.is_divided(level - 1, [at[0] / 2, at[1] / 2])
     }
 
     /// Asks for a tile of this level at a place; [`Tree::settle`] makes it and what it needs.
@@ -70,6 +74,7 @@ impl Tree {
     }
 
     /// The place beside a tile, where it is on the plan.
+    #[inline]
     pub(crate) fn beside(
         &self,
         level: usize,

@@ -28,6 +28,8 @@ pub trait Real:
     fn of(x: f64) -> Self;
     /// The same value in double precision.
     fn wide(self) -> f64;
+    /// The whole part of a number that is not negative.
+    fn whole(self) -> u32;
     /// The larger of two numbers that are not NaN; one instruction, unlike `f32::max`.
     #[inline(always)]
     #[must_use]
@@ -50,6 +52,10 @@ impl Real for f32 {
         x as f32
     }
     #[inline(always)]
+    fn whole(self) -> u32 {
+        self as u32
+    }
+    #[inline(always)]
     fn wide(self) -> f64 {
         f64::from(self)
     }
@@ -61,6 +67,10 @@ impl Real for f64 {
     #[inline(always)]
     fn of(x: f64) -> Self {
         x
+    }
+    #[inline(always)]
+    fn whole(self) -> u32 {
+        self as u32
     }
     #[inline(always)]
     fn wide(self) -> f64 {

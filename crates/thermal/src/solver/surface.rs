@@ -36,17 +36,18 @@ pub enum Surface {
 pub(crate) struct Losses<R> {
     black: Piecewise<R>,
     emissivity: [R; 2],
-    steam: Option<Steam>,
+    steam: Option<Steam<R>>,
     pub(crate) none: bool,
 }
 
 #[derive(Debug, Clone)]
-struct Steam {
-    first: f64,
-    per_entry: f64,
-    /// W/mm², and how much more at the next entry.
-    flux: Vec<[f64; 2]>,
-    /// Mass of each component that leaves with a joule, kg, entry by entry.
+struct Steam<R> {
+    /// `g` from which on anything evaporates, and up to which it is tabled.
+    range: [R; 2],
+    per_entry: R,
+    /// What evaporation takes, `a + b g` in W/mm², entry by entry.
+    flux: Vec<[R; 2]>,
+    /// Mass of each component that leaves with a joule, kg.
     mass: Vec<[f64; Evaporation::MOST]>,
 }
 
@@ -131,7 +132,7 @@ impl<R: Real> Losses<R> {
         level.run(Evaporate {
             steam,
             formulas: f,
-            share: dt / height,
+            share: R::of(dt / height),
             enthalpy,
             density,
             evaporated: &mut evaporated,
@@ -144,22 +145,26 @@ impl<R: Real> Losses<R> {
     }
 }
 
-impl Steam {
+impl<R: Real> Steam<R> {
     fn new(law: &Evaporation, ambient: f64, curve: &Enthalpy) -> Self {
         // nothing evaporates below the liquidus
         let first = curve.at_liquidus;
         let step = (curve.of(6000.0) - first) / ENTRIES as f64;
-        let at = |i: usize| curve.temperature(first + step * i as f64);
-        let kelvins: Vec<f64> = (0..=ENTRIES).map(at).collect();
+        let g = |i: usize| first + step * i as f64;
+        let kelvins: Vec<f64> = (0..=ENTRIES).map(|i| curve.temperature(g(i))).collect();
+        let fluxes: Vec<f64> = kelvins.iter().map(|k| law.flux(*k, ambient)).collect();
+        let line = |(i, flux): (usize, &[f64])| {
+            let slope = (flux[1] - flux[0]) / step;
+            [flux[0] - slope * g(i), slope].map(R::of)
+        };
         let per_joule = |kelvin: &f64| {
             let flux = law.flux(*kelvin, ambient).max(f64::MIN_POSITIVE);
             law.mass(*kelvin, ambient).map(|mass| mass / flux)
         };
-        let flux: Vec<f64> = kelvins.iter().map(|k| law.flux(*k, ambient)).collect();
         Steam {
-            first,
-            per_entry: 1.0 / step,
-            flux: flux.windows(2).map(|f| [f[0], f[1] - f[0]]).collect(),
+            range: [g(0), g(ENTRIES)].map(R::of),
+            per_entry: R::of(1.0 / step),
+            flux: fluxes.windows(2).enumerate().map(line).collect(),
             mass: kelvins.iter().map(per_joule).collect(),
         }
     }
@@ -167,34 +172,34 @@ impl Steam {
     /// Heat that each cell loses, J/mm³, with `share = dt/height`, and the entry of the table that it stands at; implicit, so that a
     /// step never overshoots. Zero where nothing evaporates.
     #[inline(always)]
-    fn over<R: Real>(&self, g: &[R; LANES], share: f64) -> ([f64; LANES], [u32; LANES]) {
-        let (mut heat, mut entry) = ([0.0; LANES], [0_u32; LANES]);
-        let (mut between, mut rise) = ([0.0; LANES], [0.0; LANES]);
+    fn over(&self, g: &[R; LANES], share: R) -> ([R; LANES], [u32; LANES]) {
+        let [first, last] = self.range;
+        let (mut entry, mut line) = ([0_u32; LANES], [[R::ZERO; LANES]; 2]);
         for i in 0..LANES {
-            let place = (g[i].wide() - self.first) * self.per_entry;
-            let place = place.larger(0.0).smaller(ENTRIES as f64 - 1e-9);
-            entry[i] = place as u32;
-            between[i] = place - f64::from(entry[i]);
+            let place = (g[i].larger(first) - first) * self.per_entry;
+            entry[i] = place.whole().min(ENTRIES as u32 - 1);
         }
         for i in 0..LANES {
-            let [flux, to_next] = self.flux[entry[i] as usize];
-            (heat[i], rise[i]) = (flux, to_next);
+            [line[0][i], line[1][i]] = self.flux[entry[i] as usize];
         }
+        let mut heat = [R::ZERO; LANES];
         for i in 0..LANES {
-            let lost =
-                share * (heat[i] + between[i] * rise[i]) / (1.0 + share * rise[i] * self.per_entry);
-            heat[i] = if g[i].wide() > self.first { lost } else { 0.0 };
+            let [a, b] = [line[0][i], line[1][i]];
+            let lost = share * (a + b * g[i].smaller(last)) / (R::ONE + share * b);
+            heat[i] = if g[i] > first { lost } else { R::ZERO };
         }
         (heat, entry)
     }
 }
 
 const LANES: usize = 64;
+/// Sums of a group of cells that do not wait for each other.
+const SUMS: usize = 4;
 
 struct Evaporate<'a, R> {
-    steam: &'a Steam,
+    steam: &'a Steam<R>,
     formulas: &'a Formulas<R>,
-    share: f64,
+    share: R,
     enthalpy: &'a mut [R],
     density: &'a mut [R],
     evaporated: &'a mut f64,
@@ -224,7 +229,7 @@ impl<R: Real> CellLoop for Evaporate<'_, R> {
 impl<R: Real> Evaporate<'_, R> {
     #[inline(always)]
     fn group(&mut self, g: &mut [R; LANES], r: &mut [R; LANES]) {
-        let first = R::of(self.steam.first);
+        let first = self.steam.range[0];
         let (mut hot, mut powder) = (0_u32, 0_u32);
         for i in 0..LANES {
             hot |= u32::from(g[i] > first);
@@ -235,23 +240,32 @@ impl<R: Real> Evaporate<'_, R> {
             return;
         }
         let (heat, entry) = self.steam.over(g, self.share);
-        for (heat, entry) in heat.iter().zip(entry).filter(|(heat, _)| **heat > 0.0) {
-            *self.evaporated += heat;
-            for (sum, mass) in self.vapour.iter_mut().zip(&self.steam.mass[entry as usize]) {
+        // sums side by side, in a fixed order
+        let (mut sums, mut vapours) = ([0.0_f64; SUMS], [[0.0_f64; Evaporation::MOST]; SUMS]);
+        for i in 0..LANES {
+            let (heat, mass) = (heat[i].wide(), &self.steam.mass[entry[i] as usize]);
+            sums[i % SUMS] += heat;
+            for (sum, mass) in vapours[i % SUMS].iter_mut().zip(mass) {
                 *sum += heat * mass;
+            }
+        }
+        *self.evaporated += sums.iter().sum::<f64>();
+        for vapour in vapours {
+            for (sum, mass) in self.vapour.iter_mut().zip(vapour) {
+                *sum += mass;
             }
         }
         if powder == 0 {
             for i in 0..LANES {
-                g[i] += R::of(-heat[i]);
+                g[i] += -heat[i];
             }
             return;
         }
-        for i in (0..LANES).filter(|&i| heat[i] > 0.0) {
+        for i in (0..LANES).filter(|&i| heat[i] > R::ZERO) {
             if r[i] < R::ONE {
-                (g[i], r[i]) = warm(self.formulas, g[i], r[i], R::of(-heat[i]));
+                (g[i], r[i]) = warm(self.formulas, g[i], r[i], -heat[i]);
             } else {
-                g[i] += R::of(-heat[i]);
+                g[i] += -heat[i];
             }
         }
     }
