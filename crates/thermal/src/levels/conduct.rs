@@ -84,6 +84,15 @@ impl CellLoop for Conduct<'_> {
     }
 }
 
+/// The first cells of a row; a function of the library would be called for each.
+#[inline(always)]
+fn copy(to: &mut [f32], from: &[f32]) {
+    let (to, from) = (&mut to[..N], &from[..N]);
+    for i in 0..N {
+        to[i] = from[i];
+    }
+}
+
 /// The cells of a tile that lie along a side.
 #[inline(always)]
 fn along(plane: &[f32], side: usize) -> [f32; N] {
@@ -99,8 +108,8 @@ fn along(plane: &[f32], side: usize) -> [f32; N] {
                 out[n] = plane[n * N + N - 1];
             }
         }
-        2 => out.copy_from_slice(&plane[..N]),
-        _ => out.copy_from_slice(&plane[(N - 1) * N..PLANE]),
+        2 => copy(&mut out, plane),
+        _ => copy(&mut out, &plane[(N - 1) * N..]),
     }
     out
 }
@@ -120,8 +129,8 @@ fn inside(padded: &[f32; GHOSTED], side: usize, depth: usize) -> [f32; N] {
                 out[n] = padded[(n + 2) * ROW - 1 - depth];
             }
         }
-        2 => out.copy_from_slice(&padded[depth * ROW + 1..][..N]),
-        _ => out.copy_from_slice(&padded[(N + 1 - depth) * ROW + 1..][..N]),
+        2 => copy(&mut out, &padded[depth * ROW + 1..]),
+        _ => copy(&mut out, &padded[(N + 1 - depth) * ROW + 1..]),
     }
     out
 }
@@ -140,8 +149,8 @@ fn put(padded: &mut [f32; GHOSTED], side: usize, values: &[f32; N]) {
                 padded[(n + 2) * ROW - 1] = values[n];
             }
         }
-        2 => padded[1..][..N].copy_from_slice(values),
-        _ => padded[(N + 1) * ROW + 1..][..N].copy_from_slice(values),
+        2 => copy(&mut padded[1..], values),
+        _ => copy(&mut padded[(N + 1) * ROW + 1..], values),
     }
 }
 
@@ -176,10 +185,7 @@ fn between(coarse: &[f32; N], half: usize) -> [f32; N] {
 #[inline(always)]
 fn fill(padded: &mut [f32; GHOSTED], own: &[f32]) {
     for j in 0..N {
-        let (row, own) = (&mut padded[(j + 1) * ROW + 1..][..N], &own[j * N..][..N]);
-        for i in 0..N {
-            row[i] = own[i];
-        }
+        copy(&mut padded[(j + 1) * ROW + 1..], &own[j * N..]);
     }
 }
 

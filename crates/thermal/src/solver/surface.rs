@@ -193,8 +193,6 @@ impl<R: Real> Steam<R> {
 }
 
 const LANES: usize = 64;
-/// Sums of a group of cells that do not wait for each other.
-const SUMS: usize = 4;
 
 struct Evaporate<'a, R> {
     steam: &'a Steam<R>,
@@ -240,21 +238,26 @@ impl<R: Real> Evaporate<'_, R> {
             return;
         }
         let (heat, entry) = self.steam.over(g, self.share);
-        // sums side by side, in a fixed order
-        let (mut sums, mut vapours) = ([0.0_f64; SUMS], [[0.0_f64; Evaporation::MOST]; SUMS]);
+        let mut sums = [0.0_f64; LANES];
         for i in 0..LANES {
-            let (heat, mass) = (heat[i].wide(), &self.steam.mass[entry[i] as usize]);
-            sums[i % SUMS] += heat;
-            for (sum, mass) in vapours[i % SUMS].iter_mut().zip(mass) {
-                *sum += heat * mass;
+            sums[i] = heat[i].wide();
+        }
+        let add = |sum: &mut [f64; Evaporation::MOST], i: usize| {
+            let mass = &self.steam.mass[entry[i] as usize];
+            for c in 0..Evaporation::MOST {
+                sum[c] += sums[i] * mass[c];
             }
+        };
+        // sums that do not wait for each other, in a fixed order
+        let (mut even, mut odd) = (*self.vapour, [0.0; Evaporation::MOST]);
+        for i in (0..LANES).step_by(2) {
+            add(&mut even, i);
+            add(&mut odd, i + 1);
+        }
+        for c in 0..Evaporation::MOST {
+            self.vapour[c] = even[c] + odd[c];
         }
         *self.evaporated += sums.iter().sum::<f64>();
-        for vapour in vapours {
-            for (sum, mass) in self.vapour.iter_mut().zip(vapour) {
-                *sum += mass;
-            }
-        }
         if powder == 0 {
             for i in 0..LANES {
                 g[i] += -heat[i];
