@@ -61,7 +61,8 @@ impl Levels {
                 }
                 Ok(())
             };
-            self.advance_all(&mut heat)?;
+            self.advance(0, 0, &mut heat)?;
+            self.count();
         }
         self.write_down();
         self.watching.places.clear();

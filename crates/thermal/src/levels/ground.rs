@@ -184,7 +184,8 @@ impl Levels {
             observer.check()?;
             self.cut(&[]);
             self.set_pace(LONGEST);
-            self.advance_all(&mut |_, _| Ok(()))?;
+            self.advance(0, 0, &mut |_, _| Ok(()))?;
+            self.count();
         }
         self.write_down();
         self.rebuild(Tree::new(self.tree.size(0), self.setup.coarser));
