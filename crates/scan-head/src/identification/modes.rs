@@ -182,7 +182,9 @@ impl Seen {
             };
             let found = Flexible { peaks, fit };
             let modes = motor(&found.fit.values).modes;
-            let Some((k, why)) = least_known(&modes, &found.sigma(), self.resolved) else {
+            let strayed = strayed(&modes, &found.peaks);
+            let unknown = || least_known(&modes, &found.sigma(), self.resolved);
+            let Some((k, why)) = strayed.or_else(unknown) else {
                 return Ok(Some(found));
             };
             refused.push(found.peaks[k].refused(why));
@@ -195,6 +197,18 @@ impl Seen {
             start.drain(RIGID + 3 * k..RIGID + 3 * (k + 1));
         }
     }
+}
+
+/// The fitted mode that has left its peak farthest, if one has.
+fn strayed(modes: &[Mode], peaks: &[Peak]) -> Option<(usize, Refusal)> {
+    let gone = |k: usize| (modes[k].omega / peaks[k].mode.omega).ln().abs();
+    (0..modes.len().min(peaks.len()))
+        .filter(|k| gone(*k) > APART)
+        .max_by(|a, b| gone(*a).total_cmp(&gone(*b)))
+        .map(|k| {
+            let to = modes[k].omega / TAU;
+            (k, Refusal::Strayed { to })
+        })
 }
 
 /// The fitted mode that is no mode, if there is one, and why.
