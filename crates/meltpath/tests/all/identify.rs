@@ -224,7 +224,7 @@ fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
     );
 }
 
-/// The record of a motor with noise of current (0.5 mA) and angle (3 microradians) on it.
+/// The record of a motor with noise of current (0.5 mA) and angle (8 microradians) on it.
 fn noisy(motor: &Galvanometer, samples: u32) -> String {
     let mut random = Random::new(7);
     let text = bench(motor, samples, f64::INFINITY);
@@ -234,7 +234,7 @@ fn noisy(motor: &Galvanometer, samples: u32) -> String {
         let cells: Vec<&str> = line.split(',').collect();
         let [current, counts] = [2, 3].map(|k| cells[k].parse::<f64>().unwrap());
         let current = current + 0.5 * random.normal();
-        let counts = counts + (3e-6f64.to_degrees() * 1e5 * random.normal()).round();
+        let counts = counts + (8e-6f64.to_degrees() * 1e5 * random.normal()).round();
         format!("{},{},{current:.4},{counts}", cells[0], cells[1])
     });
     head.into_iter().chain(rows).collect::<Vec<_>>().join("\n")
