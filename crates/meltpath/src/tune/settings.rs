@@ -275,8 +275,8 @@ fn task(
     }
     Ok(AxisTask {
         name,
-        misfit,
         axis,
+        misfit,
         own,
         targets,
         h_infinity,
