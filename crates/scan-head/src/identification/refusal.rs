@@ -40,7 +40,7 @@ pub enum Refusal {
     },
     /// The fit leaves the peak for something else, as what friction does at low frequencies.
     #[error(
-        "the fit takes it to {to:.0} Hz, where no peak is: it explains something else there, as friction at low frequencies"
+        "the fit takes it to {to:.0} Hz, where no peak is: it explains something else there, as friction at low frequencies: record longer, or excite more"
     )]
     Strayed {
         /// Where to, Hz.
