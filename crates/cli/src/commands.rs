@@ -238,7 +238,9 @@ fn identified(record: &Path, mapping: &Path, ramps: Option<(&Path, &Path)>) -> R
         line(&finding);
     }
     show_notes(&reporter);
-    Ok(0)
+    let verdict = found.verdict();
+    show_verdict(&verdict);
+    Ok(verdict_code(&verdict))
 }
 
 fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<u8, Failure> {

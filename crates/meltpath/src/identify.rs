@@ -1,12 +1,14 @@
 //! `meltpath identify`: the motor of a galvanometer from a bench record, tested on what the fit has not seen.
 
+mod lines;
+
 use std::path::{Path, PathBuf};
 
-use meltpath_base::Reporter;
+use meltpath_base::{Check, Limit, Measure, Reporter, Status, Verdict};
 use meltpath_perception::{Mapping, Record, RecordError, read};
 use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::friction::{RampFriction, friction_of_ramps};
-use meltpath_scan_head::identification::joint::{Joint, joint};
+use meltpath_scan_head::identification::joint::{FAR, Joint, joint};
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
 use meltpath_scan_head::identification::prediction::{Prediction, predict};
 use meltpath_scan_head::identification::ramps::steady_ramps;
@@ -150,6 +152,17 @@ pub fn identify(
             "",
         );
     }
+    for (what, over) in ["current", "angle"].into_iter().zip(found.over_noise()) {
+        if let Some(over) = over.filter(|over| *over > FAR) {
+            reporter.warn(
+                "motor-misfit",
+                format!(
+                    "what is left of the {what} is {over:.2} times its noise: a further mode, friction of another law, or noise that is not white (hum, drift, an encoder's errors) is not in this model"
+                ),
+                "record without hum and drift, sample faster for modes up there, excite more against friction",
+            );
+        }
+    }
     let delays = found.delays.map(|d| d[0]);
     let prediction = predict(&found.motor, delays, &whole, fitted).map_err(wrong)?;
     for (what, quality) in [
@@ -176,121 +189,40 @@ pub fn identify(
 }
 
 impl Identification {
-    /// What was found, for people; the parameters in the form of a scan head's file.
-    pub fn lines(&self, record: &Path) -> Vec<String> {
-        let motor = &self.found.motor;
-        let file = record
-            .file_name()
-            .map(|n| n.to_string_lossy().into_owned())
-            .unwrap_or_default();
-        let [r, l, k, j, b] = self.found.sigma;
-        let mut lines = vec![format!(
-            "# {} of {} samples fitted, {} unseen",
-            self.samples[1],
-            self.samples[0],
-            self.samples[0] - self.samples[1]
-        )];
-        // ramps tell viscous friction apart from dry friction, which the response does not
-        let (viscous, b) = match &self.friction {
-            Some((friction, _)) if friction.viscous[0] > 0.0 => (
-                friction.viscous[0],
-                friction.viscous[1] / friction.viscous[0].abs(),
-            ),
-            _ => (motor.viscous, b),
-        };
-        for (name, value, unit, sigma) in [
-            ("resistance", motor.resistance, "Ω", r),
-            ("inductance", motor.inductance * 1e6, "µH", l),
-            ("torque_constant", motor.torque_constant, "N·m/A", k),
-            ("back_emf", motor.back_emf, "V·s/rad", k),
-            ("inertia", motor.inertia, "kg·m²", j),
-            ("viscous", viscous, "N·m·s/rad", b),
-        ] {
-            lines.push(format!(
-                "{name} = {{ value = \"{value:.5e} {unit}\", source = \"identified from {file}, ± {:.2} %\" }}",
-                100.0 * sigma
-            ));
+    /// Whether the motor explains its record but for noise: only then do its figures promise anything. Above [`FAR`] nothing can be said.
+    pub fn verdict(&self) -> Verdict {
+        let over = self.found.over_noise();
+        let checks = ["current", "angle"].into_iter().zip(over);
+        let checks = checks.map(|(what, over)| {
+            let title = format!("What the motor leaves of the {what}, over its noise");
+            misfit(&format!("{what}-misfit"), &title, over.unwrap_or(f64::NAN))
+        });
+        Verdict {
+            checks: checks.collect(),
+            ..Verdict::default()
         }
-        if self.friction.is_none() {
-            lines.extend(self.dry(&file));
-        }
-        if let Some((friction, ramps)) = &self.friction {
-            for (name, [value, sigma]) in [("coulomb", friction.coulomb), ("bias", friction.bias)] {
-                lines.push(format!(
-                    "{name} = {{ value = \"{value:.5e} N·m\", source = \"identified from {ramps} ramps, ± {sigma:.1e} N·m\" }}"
-                ));
-            }
-            lines.push(format!(
-                "# torque of the ramps: {:.2e} N·m rms beside this friction, {:.2e} beside viscous friction alone",
-                friction.rms, friction.rms_viscous_only
-            ));
-        }
-        lines.extend(self.found.felt.map(|[felt, sigma]| {
-            format!(
-                "friction_felt = {{ value = \"{felt:.3} 1\", source = \"identified from {file}, ± {sigma:.3}\" }}"
-            )
-        }));
-        let per_inertia = motor.torque_constant / motor.inertia;
-        for (mode, sigma) in motor.modes.iter().zip(&self.found.mode_sigma) {
-            lines.push("[[mode]]".to_owned());
-            for (name, value, unit, sigma) in [
-                (
-                    "frequency",
-                    mode.omega / std::f64::consts::TAU,
-                    "Hz",
-                    sigma[0],
-                ),
-                ("damping", mode.damping, "1", sigma[1]),
-                ("gain_ratio", mode.gain / per_inertia, "1", sigma[2]),
-            ] {
-                lines.push(format!(
-                    "{name} = {{ value = \"{value:.5e} {unit}\", source = \"identified from {file}, ± {:.2} %\" }}",
-                    100.0 * sigma
-                ));
-            }
-        }
-        for (what, [delay, sigma]) in ["current", "angle"].iter().zip(self.found.delays) {
-            lines.push(format!(
-                "# the {what} is read {:.2} ± {:.2} µs after the voltage's samples",
-                1e6 * delay,
-                1e6 * sigma
-            ));
-        }
-        if !self.found.settled {
-            lines.push("# the search did not settle, as under friction that does not turn at once or with hardly any noise: the deviations may be too small".to_owned());
-        }
-        let [current, angle] = self.found.rms.map(|left| 1e3 * left);
-        lines.push(format!(
-            "# fitted part: {current:.4} mA and {angle:.5} mrad rms are left"
-        ));
-        for (what, unit, scale, q) in [
-            ("current", "mA", 1e3, &self.prediction.current),
-            ("angle", "mrad", 1e3, &self.prediction.angle),
-        ] {
-            let [half, most, nearly_all] = q.percentiles.map(|p| p * scale);
-            lines.push(format!(
-                "# unseen {what}: {:.1} % explained, error {:.4} {unit} rms; 50, 90, 99 % of the samples within {half:.4}, {most:.4}, {nearly_all:.4} {unit}",
-                100.0 * q.fit,
-                scale * q.rms,
-            ));
-        }
-        lines
     }
+}
 
-    /// Dry friction as the record tells it.
-    fn dry(&self, file: &str) -> Vec<String> {
-        let line = |name: &str, [value, sigma]: [f64; 2]| {
-            format!(
-                "{name} = {{ value = \"{value:.5e} N·m\", source = \"identified from {file}, ± {sigma:.1e} N·m\" }}"
-            )
-        };
-        let bias = self.found.bias;
-        match self.found.coulomb {
-            Some(coulomb) => vec![line("coulomb", coulomb), line("bias", bias)],
-            None => vec![format!(
-                "# no dry friction is told from none by this record; a torque of {:.1e} ± {:.1e} N·m is the same both ways",
-                bias[0], bias[1]
-            )],
-        }
-    }
+/// The same of the motor of an axis, as its file or its head's tells it.
+pub(crate) fn of_motor(axis: char, over: f64) -> Check {
+    let title = format!(
+        "{}: what its motor left of the record it was identified from, over the record's noise",
+        axis.to_ascii_uppercase()
+    );
+    misfit(&format!("{axis}-motor"), &title, over)
+}
+
+/// Judges what a motor leaves of its record over the record's noise: too much says nothing against the motor, and nothing for it.
+pub(crate) fn misfit(id: &str, title: &str, over: f64) -> Check {
+    let check = Check::judge(id, title, Measure::exact(over, ""), Limit::AtMost(FAR));
+    let check = if check.status == Status::Fail {
+        let reason =
+            "the motor lacks something of its record: how far its figures are off cannot be said";
+        let status = Status::CannotSay;
+        Check { status, ..check }.because(reason)
+    } else {
+        check
+    };
+    check.remedy("identify it from a record that it explains: without hum and drift, sampled faster where modes are beyond its band")
 }

@@ -16,6 +16,7 @@ use std::path::Path;
 
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
+use crate::identify::of_motor;
 use crate::job::{JobError, Problems, Written};
 use crate::outcome::{Outcome, RunFolder};
 use crate::views;
@@ -105,7 +106,11 @@ fn sturdier(result: &AxisResult) -> &'static str {
 fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
     let letter = result.task.name.letter();
     let upper = letter.to_ascii_uppercase();
-    let mut checks = Vec::new();
+    let misfit = result.task.misfit;
+    let mut checks: Vec<Check> = misfit
+        .map(|over| of_motor(letter, over))
+        .into_iter()
+        .collect();
     let wanted = result.task.targets.position.margin.to_degrees();
     if let Some(figures) = &result.position {
         checks.push(

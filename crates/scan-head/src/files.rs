@@ -11,5 +11,5 @@ mod recipe;
 mod servo;
 
 pub use head::{HeadData, HeadFile, PlateTable, parse_head};
-pub use motor::{MotorFile, parse_motor};
+pub use motor::{MotorFile, ToldMotor, parse_motor};
 pub use recipe::{RecipeFile, parse_recipe};

@@ -8,6 +8,7 @@ pub mod friction;
 pub mod joint;
 pub mod modes;
 pub mod motor;
+mod noise;
 pub mod prediction;
 pub mod ramps;
 pub mod record;

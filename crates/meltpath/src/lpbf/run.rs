@@ -28,6 +28,7 @@ use super::plan::{Plan, plan};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::{motion, optimise, refuse, toolpath_file};
+use crate::identify::of_motor;
 use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
@@ -467,7 +468,9 @@ fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
 }
 
 fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
-    let mut checks = Vec::new();
+    let motors = ['x', 'y', 'z'].into_iter().zip(settings.data.misfits);
+    let motors = motors.filter_map(|(axis, over)| Some(of_motor(axis, over?)));
+    let mut checks: Vec<Check> = motors.collect();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
         let below = 100.0

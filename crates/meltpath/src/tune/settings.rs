@@ -27,6 +27,8 @@ pub struct AxisTask {
     pub name: AxisName,
     /// The axis as the head has it, with the motor that is tuned for.
     pub axis: Axis,
+    /// What this motor leaves of the record that it was identified from, over the record's noise, where that is told.
+    pub misfit: Option<f64>,
     /// Its own gains, where it has a cascade.
     pub own: Option<CascadeGains>,
     /// What the loops are to reach.
@@ -208,13 +210,15 @@ fn task(
         .motor()
         .map_err(|e| file.axes.problem(format!("{letter} axis: {e}")))?
         .clone();
+    let mut misfit = data.misfits[place];
     if let Some(path) = &**written {
         // a file whatever its name
         let shown = folder.join(&**path).display().to_string();
         let text = std::fs::read_to_string(&shown)
             .map_err(|e| written.problem(format!("the motor {shown} cannot be read: {e}")))?;
-        axis.motor = files::parse_motor(&text, &axis.motor)
+        let told = files::parse_motor(&text, &axis.motor)
             .map_err(|problems| problems.of_file(&shown, &text))?;
+        (axis.motor, misfit) = (told.motor, told.misfit);
     }
     let own = match &axis.controller {
         Controller::Cascade(gains) => Some(*gains),
@@ -272,6 +276,7 @@ fn task(
     Ok(AxisTask {
         name,
         axis,
+        misfit,
         own,
         targets,
         h_infinity,

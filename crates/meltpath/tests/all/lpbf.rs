@@ -6,13 +6,13 @@ mod options;
 mod refused;
 mod section;
 
-use crate::support::write;
+use crate::support::{check, write};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
 use meltpath::outcome::RunFolder::At;
-use meltpath_base::Silent;
+use meltpath_base::{Silent, Status};
 use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_programs::cli::{self, Form};
@@ -170,6 +170,28 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
     );
     let page = fs::read_to_string(a.join("report.html")).unwrap();
     assert!(page.contains("2 layers of 3, 2 to 3, of a.cli"));
+}
+
+/// A head's motor that left more than noise of its record: no verdict on that head passes.
+#[test]
+fn a_motor_with_a_misfit_leaves_the_verdict_open() {
+    let dir = tempfile::tempdir().unwrap();
+    let head = meltpath_data::scan_heads::TWO_AXIS_150.text;
+    let misfit = "[x]\nmisfit = { value = \"3.5 1\", source = \"identified from bench.csv\" }\n";
+    write(dir.path(), "head.toml", head.replacen("[x]\n", misfit, 1));
+    let layers = squares(&small(), 1, DVec2::ZERO);
+    fs::write(dir.path().join("a.cli"), cli_file(&layers, Form::Ascii)).unwrap();
+    let job = JOB.replace("two-axis-150", "head.toml") + "layers = \"a.cli\"\n";
+    let job = write(dir.path(), "job.toml", job);
+    let outcome = chain::run(&job, At(&dir.path().join("out")), &Silent).unwrap();
+    let found = check(&outcome.verdict, "x-motor");
+    assert_eq!(found.status, Status::CannotSay, "{found:?}");
+    assert_eq!(found.value.as_ref().map(|v| v.value), Some(3.5));
+    assert!(!matches!(
+        outcome.verdict.status(),
+        Status::Pass | Status::Warn
+    ));
+    assert!(outcome.verdict.checks.iter().all(|c| c.id != "y-motor"));
 }
 
 /// A layer of a CLI file in text, each unit a micrometre.

@@ -1,5 +1,5 @@
 //! From a tuning file to controllers, and from controllers to a whole job.
-use crate::support::{says, write};
+use crate::support::{check, says, write};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -117,7 +117,7 @@ fn an_identified_motor_takes_the_place_of_the_heads() {
     let place = tempfile::tempdir().unwrap();
     fs::write(
         place.path().join("motor.toml"),
-        "inertia = { value = \"6e-8 kg·m²\", source = \"bench\" }\n",
+        "inertia = { value = \"6e-8 kg·m²\", source = \"bench\" }\nmisfit = { value = \"12 1\", source = \"bench\" }\n",
     )
     .unwrap();
     let text = SHORT
@@ -131,6 +131,10 @@ fn an_identified_motor_takes_the_place_of_the_heads() {
     let json = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
     let file: ControllerFile = serde_json::from_str(&json).unwrap();
     assert!((file.axes[0].motor.inertia - 6e-8).abs() < 1e-15);
+    // its figures promise nothing: it left twelve times the noise of its record
+    let status = check(&outcome.verdict, "y-motor").status;
+    assert_eq!(status, Status::CannotSay, "{:?}", outcome.verdict);
+    assert_ne!(outcome.verdict.status(), Status::Pass);
     assert!(json.contains("\"cascade\""));
 }
 

@@ -205,6 +205,8 @@ pub struct HeadData {
     /// How fast the loops of X, Y and Z are tuned, where the file says so: times of the first maximum of current, speed and
     /// position, s.
     pub tuning: [Option<[f64; 3]>; 3],
+    /// What the motors of X, Y and Z leave of the records that they were identified from, over the records' noise, where the file says so.
+    pub misfits: [Option<f64>; 3],
 }
 
 /// What is wrong between the keys of a head's file.
@@ -296,6 +298,8 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
             None => usual_plate(half_field)?,
         },
         tuning: [&file.x, &file.y, &file.z].map(|axis| axis.as_ref().and_then(tuning)),
+        misfits: [&file.x, &file.y, &file.z]
+            .map(|axis| axis.as_ref().and_then(|t| Some(t.misfit.as_ref()?.0))),
     })
 }
 

@@ -30,6 +30,8 @@ table! {
         bias: Sourced<Torque> => none("the head's");
         /// Share of friction that the modes feel.
         friction_felt: Sourced<Pure> => none("the head's");
+        /// What the motor leaves of the record that it was identified from, over the record's noise: about 1 where it explains it. Beyond 1.1 no verdict on it is a promise.
+        misfit: Sourced<Pure> where not_negative => none("not judged");
         /// Modes of the flexible shaft.
         mode: Vec<ModeTable> => none("the head's, at the same share of the rigid body's gain");
     }
@@ -45,11 +47,20 @@ table! {
     }
 }
 
+/// A motor as its file tells it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToldMotor {
+    /// It.
+    pub motor: Galvanometer,
+    /// What it leaves of the record that it was identified from, over the record's noise, where the file says so.
+    pub misfit: Option<f64>,
+}
+
 /// Puts the figures of a motor's file, such as `meltpath identify` prints them, in place of those of a motor.
 ///
 /// # Errors
 /// Everything wrong, with its place in the file.
-pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<Galvanometer, Problems> {
+pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<ToldMotor, Problems> {
     fn put<Q: Quantity>(figure: &Setting<Option<Sourced<Q>>>, old: &mut f64) {
         if let Some(figure) = &**figure {
             *old = figure.number();
@@ -78,7 +89,10 @@ pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<Galvanometer, Pro
         }
     }
     out.check().map_err(|e| Problem::new(e.to_string()))?;
-    Ok(out)
+    Ok(ToldMotor {
+        motor: out,
+        misfit: file.misfit.as_ref().map(|misfit| misfit.0),
+    })
 }
 
 /// A mode whose gain is told over that of the rigid body, `rigid` rad/s² per A.

@@ -14,7 +14,7 @@ use meltpath_numerics::least_squares::{self, Fit, LeastSquaresError};
 
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
 use crate::identification::error::IdentificationError;
-use crate::identification::motor::{Identified, RIGID, identify, motor, viscous_near};
+use crate::identification::motor::{Identified, RIGID, identify, logs, motor, viscous_near};
 use crate::identification::record::{BenchRecord, Excitation, Method};
 use crate::identification::refusal::{Refusal, RefusedPeak};
 use crate::identification::responses::responses;
@@ -45,11 +45,13 @@ impl Default for ModeSearch {
 }
 
 /// Peaks nearer than this, relative, are one.
-const APART: f64 = 0.15;
+pub(super) const APART: f64 = 0.15;
 /// Below this share of the angle that answers the current a peak is noise.
 const COHERENT: f64 = 0.5;
 /// Relative deviation of pulsation, damping or gain beyond which a mode is not known.
 pub(super) const KNOWN: f64 = 0.5;
+/// Peaks that are tried, over the modes that are looked for.
+const CANDIDATES: usize = 2;
 /// Refused peaks that are told: noise has many.
 const MOST_REFUSED: usize = 8;
 /// Windows that coherence is estimated from at least, where the record has the samples: from few of them noise seems to answer, too.
@@ -76,51 +78,137 @@ pub fn identify_modes(
     };
     let (angle, current) = responses(record, excitation, &wide)?;
     let heard = coherence(record, excitation, &wide)?;
-    let (mut found, mut refused) = peaks(&rigid.motor, &angle, &heard, record.period, search)?;
+    let (found, mut refused) = peaks(&rigid.motor, &angle, &heard, record.period, search)?;
     // where the angle does not answer the current it says nothing of the motor
     let mut angle = angle;
     angle.retain(|p| p.omega <= TAU * method.band[1] || heard_at(&heard, p.omega) >= COHERENT);
-    // the main lobe of a Hann window
-    let resolved = 4.0 / (method.welch.length as f64 * record.period);
-    loop {
-        if found.is_empty() {
-            return Ok(Identified { refused, ..rigid });
+    let seen = Seen {
+        angle,
+        current,
+        period: record.period,
+        // the main lobe of a Hann window
+        resolved: 4.0 / (method.welch.length as f64 * record.period),
+    };
+    // one joins after the other, the highest first: one that is none does not take another with it
+    let mut best: Option<Flexible> = None;
+    for peak in found {
+        let modes = best.as_ref().map_or(0, |b| b.peaks.len());
+        if modes == search.most.min(MOST_MODES) {
+            break;
         }
-        let fit = match fit(&rigid.motor, &found, &angle, &current, record.period) {
-            Err(IdentificationError::Fit(LeastSquaresError::Undetermined { index }))
-                if index < RIGID + 3 * found.len() =>
-            {
-                // where a peak leaves the rigid motor unknown it is the highest, furthest from what the rigid motor was fitted to
-                let last = found.len() - 1;
-                let peak = found.remove(index.checked_sub(RIGID).map_or(last, |i| i / 3));
-                refused.push(peak.refused(Refusal::Undetermined));
-                continue;
-            }
-            fit => fit?,
-        };
-        let sigma = |i: usize| fit.sigma.get(i).copied().unwrap_or(f64::NAN);
-        let mode_sigma: Vec<[f64; 3]> = (0..found.len())
-            .map(|m| std::array::from_fn(|i| sigma(RIGID + 3 * m + i)))
-            .collect();
-        // one goes, the least known first, and the rest is fitted again
-        let fitted = motor(&fit.values);
-        if let Some((k, why)) = least_known(&fitted.modes, &mode_sigma, resolved) {
-            let peak = found.remove(k);
-            refused.push(peak.refused(why));
-            continue;
-        }
-        let weight: f64 = angle.iter().chain(&current).map(|p| p.weight).sum();
-        let points = (angle.len() + current.len()) as f64;
-        return Ok(Identified {
-            motor: fitted,
-            sigma: std::array::from_fn(sigma),
-            mode_sigma,
-            refused,
-            rms: fit.rms * (points / weight).sqrt(),
-            angle_over_current: angle,
-            current_over_voltage: current,
-        });
+        best = seen.with(best, peak, &rigid.motor, &mut refused)?;
     }
+    let Some(best) = best else {
+        return Ok(Identified { refused, ..rigid });
+    };
+    let Seen { angle, current, .. } = seen;
+    let weight: f64 = angle.iter().chain(&current).map(|p| p.weight).sum();
+    let points = (angle.len() + current.len()) as f64;
+    let mut fitted = motor(&best.fit.values);
+    let mut modes: Vec<(Mode, [f64; 3])> = fitted.modes.into_iter().zip(best.sigma()).collect();
+    modes.sort_by(|a, b| a.0.omega.total_cmp(&b.0.omega));
+    let (modes, mode_sigma) = modes.into_iter().unzip();
+    fitted.modes = modes;
+    Ok(Identified {
+        motor: fitted,
+        sigma: std::array::from_fn(|i| sigma(&best.fit, i)),
+        mode_sigma,
+        refused,
+        rms: best.fit.rms * (points / weight).sqrt(),
+        angle_over_current: angle,
+        current_over_voltage: current,
+    })
+}
+
+fn sigma(fit: &Fit, i: usize) -> f64 {
+    fit.sigma.get(i).copied().unwrap_or(f64::NAN)
+}
+
+/// Responses that motors with modes are fitted to.
+struct Seen {
+    angle: Vec<Point>,
+    current: Vec<Point>,
+    period: f64,
+    /// Width of a line in them, Hz.
+    resolved: f64,
+}
+
+/// A motor with modes, fitted to responses.
+struct Flexible {
+    /// In the order of the fit's values.
+    peaks: Vec<Peak>,
+    fit: Fit,
+}
+
+impl Flexible {
+    /// Deviations of pulsation, damping and gain of each mode.
+    fn sigma(&self) -> Vec<[f64; 3]> {
+        (0..self.peaks.len())
+            .map(|m| std::array::from_fn(|i| sigma(&self.fit, RIGID + 3 * m + i)))
+            .collect()
+    }
+}
+
+impl Seen {
+    /// The motor with one peak more for a mode, fitted from where the fit before it ended; without it where that does not know it.
+    /// Where the new one leaves an older one unknown, that one goes.
+    fn with(
+        &self,
+        before: Option<Flexible>,
+        peak: Peak,
+        rigid: &Galvanometer,
+        refused: &mut Vec<RefusedPeak>,
+    ) -> Result<Option<Flexible>, IdentificationError> {
+        let per_inertia = rigid.torque_constant / rigid.inertia;
+        let (mut peaks, mut start) = before.as_ref().map_or_else(
+            || (Vec::new(), logs(rigid)),
+            |b| (b.peaks.clone(), b.fit.values.clone()),
+        );
+        let Mode {
+            omega,
+            damping,
+            gain,
+        } = peak.mode;
+        start.extend([omega, damping, gain / per_inertia].map(f64::ln));
+        peaks.push(peak);
+        loop {
+            let fit = match fit(&start, &self.angle, &self.current, self.period) {
+                Err(IdentificationError::Fit(LeastSquaresError::Undetermined { .. })) => {
+                    // the modes before it were determined without it
+                    refused.push(peak.refused(Refusal::Undetermined));
+                    return Ok(before);
+                }
+                fit => fit?,
+            };
+            let found = Flexible { peaks, fit };
+            let modes = motor(&found.fit.values).modes;
+            let strayed = strayed(&modes, &found.peaks);
+            let unknown = || least_known(&modes, &found.sigma(), self.resolved);
+            let Some((k, why)) = strayed.or_else(unknown) else {
+                return Ok(Some(found));
+            };
+            refused.push(found.peaks[k].refused(why));
+            if k + 1 == found.peaks.len() {
+                return Ok(before);
+            }
+            peaks = found.peaks;
+            peaks.remove(k);
+            start = found.fit.values;
+            start.drain(RIGID + 3 * k..RIGID + 3 * (k + 1));
+        }
+    }
+}
+
+/// The fitted mode that has left its peak farthest, if one has.
+fn strayed(modes: &[Mode], peaks: &[Peak]) -> Option<(usize, Refusal)> {
+    let gone = |k: usize| (modes[k].omega / peaks[k].mode.omega).ln().abs();
+    (0..modes.len().min(peaks.len()))
+        .filter(|k| gone(*k) > APART)
+        .max_by(|a, b| gone(*a).total_cmp(&gone(*b)))
+        .map(|k| {
+            let to = modes[k].omega / TAU;
+            (k, Refusal::Strayed { to })
+        })
 }
 
 /// The fitted mode that is no mode, if there is one, and why.
@@ -147,30 +235,14 @@ fn least_known(modes: &[Mode], sigma: &[[f64; 3]], resolved: f64) -> Option<(usi
     })
 }
 
-/// All parameters fitted together, from the rigid motor and what the peaks say.
+/// All parameters fitted together.
 fn fit(
-    rigid: &Galvanometer,
-    found: &[Peak],
+    start: &[f64],
     angle: &[Point],
     current: &[Point],
     period: f64,
 ) -> Result<Fit, IdentificationError> {
-    let mut start = vec![
-        rigid.resistance.ln(),
-        rigid.inductance.ln(),
-        rigid.torque_constant.ln(),
-        rigid.inertia.ln(),
-        rigid.viscous.ln(),
-    ];
-    let per_inertia = rigid.torque_constant / rigid.inertia;
-    for Peak { mode, .. } in found {
-        start.extend([
-            mode.omega.ln(),
-            mode.damping.ln(),
-            (mode.gain / per_inertia).ln(),
-        ]);
-    }
-    let near = viscous_near(&start, angle, current);
+    let near = viscous_near(start, angle, current);
     let residuals = |x: &[f64]| -> Vec<f64> {
         let count = 2 * (angle.len() + current.len()) + 1;
         sampled(&motor(x), period).map_or_else(
@@ -190,7 +262,7 @@ fn fit(
             },
         )
     };
-    Ok(least_squares::fit(residuals, &start)?)
+    Ok(least_squares::fit(residuals, start)?)
 }
 
 /// The share of the angle that answers what was excited, by pulsation (rad/s). Of the angle's steps from sample to sample, lest its
@@ -239,6 +311,7 @@ impl Sampled {
 }
 
 /// A peak taken for a mode.
+#[derive(Clone, Copy)]
 struct Peak {
     mode: Mode,
     /// How far it stands out of the rigid motor's response.
@@ -255,7 +328,7 @@ impl Peak {
     }
 }
 
-/// Modes read off the peaks of the measured angle over current against the rigid motor's, by ascending frequency, and the
+/// Modes read off the peaks of the measured angle over current against the rigid motor's, the highest first, and the
 /// peaks that are none.
 fn peaks(
     rigid: &Galvanometer,
@@ -282,7 +355,7 @@ fn peaks(
             refused.push(peak);
         }
     };
-    while modes.len() < search.most.min(MOST_MODES) {
+    while modes.len() < CANDIDATES * search.most {
         let free = |w: f64| taken.iter().all(|t| (w / t - 1.0).abs() > APART);
         let best = (1..ratios.len().saturating_sub(1))
             .filter(|&k| {
@@ -329,7 +402,6 @@ fn peaks(
             ratio: ratios[k],
         });
     }
-    modes.sort_by(|a, b| a.mode.omega.total_cmp(&b.mode.omega));
     Ok((modes, refused))
 }
 

@@ -148,7 +148,8 @@ pub(super) fn viscous_near(
     move |x| 1e-6 * weight.sqrt() * (x.get(RIGID - 1).copied().unwrap_or(first) - first)
 }
 
-fn logs(m: &Galvanometer) -> Vec<f64> {
+/// The logarithms of R, L, Kc, J, B.
+pub(super) fn logs(m: &Galvanometer) -> Vec<f64> {
     [
         m.resistance,
         m.inductance,

@@ -74,6 +74,9 @@ pub(super) struct Settled {
     pub(super) begins: Vec<Vec<f64>>,
     /// Root mean square residuals of current (A) and angle (rad).
     pub(super) rms: [f64; 2],
+    /// What is left of current and angle, piece by piece, and what of it is rounding.
+    pub(super) left: [Vec<Vec<f64>>; 2],
+    pub(super) rounding: [f64; 2],
     /// Logarithm of the likelihood, negative, up to a constant of the record and its cut.
     pub(super) cost: f64,
     pub(super) units: Units,
@@ -159,6 +162,8 @@ pub(super) fn settle<const N: usize>(
     }
     Ok(Settled {
         sigma: deviations(&triangles, N, free.len())?,
+        left: pieces.left(&stand)?,
+        rounding: pieces.rounding,
         estimate: stand.estimate,
         begins: stand.states.iter().map(|s| s.to_vec()).collect(),
         rms: stand.rms,
@@ -265,16 +270,31 @@ impl<'a, const N: usize> Pieces<'a, N> {
         })
     }
 
-    /// Sums of squared residuals of a piece, of current and angle.
-    fn squares(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [f64; 2] {
+    /// What is left of current and angle in a piece.
+    fn residuals(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [Vec<f64>; 2] {
         let span = self.spans[piece].clone();
         let predicted = drive.run(state, &self.record.voltage[span.clone()]);
         let measured = [self.record.current, self.record.angle];
         std::array::from_fn(|c| {
             let measured = &measured[c][span.clone()];
             let pairs = measured.iter().zip(&predicted[c]).skip(LATEST);
-            pairs.map(|(m, p)| (m - p).powi(2)).sum()
+            pairs.map(|(m, p)| m - p).collect()
         })
+    }
+
+    /// Sums of squared residuals of a piece, of current and angle.
+    fn squares(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [f64; 2] {
+        self.residuals(piece, drive, state)
+            .map(|left| left.iter().map(|l| l * l).sum())
+    }
+
+    /// What is left of current and angle in all pieces.
+    fn left(&self, stand: &Stand<N>) -> Result<[Vec<Vec<f64>>; 2], IdentificationError> {
+        let drive = self.drive(&stand.estimate)?;
+        let pieces = stand.states.iter().enumerate();
+        let left = pieces.map(|(piece, state)| self.residuals(piece, &drive, state).into());
+        let (current, angle) = left.unzip();
+        Ok([current, angle])
     }
 
     /// Squared residuals of a piece, each over its channel's deviation.

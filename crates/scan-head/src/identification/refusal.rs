@@ -38,6 +38,14 @@ pub enum Refusal {
         /// Width of a line in the estimate, Hz.
         resolved: f64,
     },
+    /// The fit leaves the peak for something else, as what friction does at low frequencies.
+    #[error(
+        "the fit takes it to {to:.0} Hz, where no peak is: it explains something else there, as friction at low frequencies: record longer, or excite more"
+    )]
+    Strayed {
+        /// Where to, Hz.
+        to: f64,
+    },
     /// The fit with it does not determine it.
     #[error("its frequency, damping and gain are known to ± {:.0} % only: record longer, or excite more", 100.0 * sigma)]
     Unsure {

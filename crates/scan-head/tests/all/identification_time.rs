@@ -231,15 +231,15 @@ fn voltage(period: f64, amplitude: f64, seconds: f64) -> Vec<f64> {
 }
 
 fn found(columns: &[Vec<f64>; 3], period: f64) -> Joint {
+    found_of(columns, period, ModeSearch::default())
+}
+
+/// The motor of a record whose responses are searched for modes in this way.
+fn found_of(columns: &[Vec<f64>; 3], period: f64, search: ModeSearch) -> Joint {
     let record = record(columns, period);
     let begin = Instant::now();
-    let first = identify_modes(
-        &record,
-        Excitation::Voltage,
-        &Method::at(period),
-        &ModeSearch::default(),
-    )
-    .unwrap();
+    let method = Method::at(period);
+    let first = identify_modes(&record, Excitation::Voltage, &method, &search).unwrap();
     println!("responses {:.2} s", begin.elapsed().as_secs_f64());
     joint(&record, &first).unwrap()
 }
@@ -412,13 +412,21 @@ fn trial(seed: u64) -> Option<[[f64; 2]; 13]> {
     let start = Instant::now();
     let joint = found(&columns, bench.period);
     println!(
-        "{seed}: {:.0} kHz, {:.2} s, {} modes, rms {:?}, settled {}",
+        "{seed}: {:.0} kHz, {:.2} s, {} modes, over noise {:.3?}, settled {}",
         1e-3 / bench.period,
         start.elapsed().as_secs_f64(),
         joint.motor.modes.len(),
-        joint.rms,
+        joint.over_noise(),
         joint.settled
     );
+    for peak in &joint.refused {
+        println!(
+            "{seed}: {:.0} Hz, {:.2} times: {}",
+            peak.frequency, peak.ratio, peak.why
+        );
+    }
+    // what is left is noise in every one, mode or not
+    assert!(joint.holds(), "{seed}: {:?}", joint.over_noise());
     if joint.motor.modes.is_empty() {
         return None;
     }
@@ -438,7 +446,7 @@ fn trial(seed: u64) -> Option<[[f64; 2]; 13]> {
     let (got, wanted) = (values(&joint.motor), values(&bench.motor));
     let [coulomb, bias] = bench.coulomb();
     let h = bench.period / bench.substeps as f64;
-    Some(std::array::from_fn(|k| {
+    let rows = std::array::from_fn(|k| {
         let (off, sigma, size) = match k {
             0..5 => ((got[k] / wanted[k]).ln(), joint.sigma[k], 1.0),
             5..8 => ((got[k] / wanted[k]).ln(), joint.mode_sigma[0][k - 5], 1.0),
@@ -459,15 +467,21 @@ fn trial(seed: u64) -> Option<[[f64; 2]; 13]> {
             }
         };
         [off / sigma, sigma / size]
-    }))
+    });
+    println!("{seed}: off, stated {rows:.6?}");
+    Some(rows)
 }
 
-/// Of each sampling frequency three; the last is one whose mode feels nothing of friction, though a fit can stay where it does.
-/// `MELTPATH_RECORDS=200` takes the records 0 to 199 instead: the gate of docs/validation.md, half an hour.
+/// Of each sampling frequency three; 14 is one whose mode feels nothing of friction, though a fit can stay where it does; in the
+/// responses of 146 a peak of noise once took the mode with it.
+/// `MELTPATH_RECORDS=200` takes the records 0 to 199 instead, `50..60` the records 50 to 59: the gate of docs/validation.md, an hour.
 fn seeds() -> Vec<u64> {
     match std::env::var("MELTPATH_RECORDS") {
-        Ok(count) => (0..count.parse().unwrap()).collect(),
-        Err(_) => vec![0, 1, 2, 3, 4, 8, 9, 10, 14],
+        Ok(wanted) => {
+            let (from, to) = wanted.split_once("..").unwrap_or(("0", &wanted));
+            (from.parse().unwrap()..to.parse().unwrap()).collect()
+        }
+        Err(_) => vec![0, 1, 2, 3, 4, 8, 9, 10, 14, 146],
     }
 }
 
@@ -478,8 +492,7 @@ fn records_of_another_simulator_give_their_motors_within_the_stated_deviations()
     let trials: Vec<_> = all.iter().flatten().collect();
     let count = trials.len() as f64;
     println!("{} of {} records with their mode", trials.len(), all.len());
-    // of 147 records looked at one hides its mode; the nine that always run show theirs
-    assert!(count >= 0.98 * all.len() as f64);
+    assert_eq!(trials.len(), all.len());
     for (k, name) in NAMES.iter().enumerate() {
         let of = |f: &dyn Fn([f64; 2]) -> f64| trials.iter().map(|t| f(t[k])).sum::<f64>() / count;
         let within = of(&|[off, _]| f64::from(off.abs() < 2.0));
@@ -490,7 +503,7 @@ fn records_of_another_simulator_give_their_motors_within_the_stated_deviations()
             "{name}: {within:.3} within two deviations, rms {rms:.2}, farthest {far:.2}, stated {:.3} %",
             100.0 * stated
         );
-        assert!(trials.iter().all(|t| t[k][1] < 0.1), "{name}");
+        assert!(stated < 0.1, "{name}");
         if count < 100.0 {
             assert!(far < 4.0, "{name}");
         } else {
@@ -500,6 +513,32 @@ fn records_of_another_simulator_give_their_motors_within_the_stated_deviations()
             );
         }
     }
+}
+
+/// A mode that the responses did not show is found in what the fit without it leaves of the angle.
+#[test]
+fn a_mode_is_found_in_what_is_left() {
+    let (bench, mut random) = own(0, Law::Coulomb);
+    let (columns, _) = bench.record(voltage(bench.period, 0.8, SECONDS), &mut random);
+    let none = ModeSearch {
+        most: 0,
+        ..ModeSearch::default()
+    };
+    let joint = found_of(&columns, bench.period, none);
+    let [(found, sigma)] = [(joint.motor.modes[0], joint.mode_sigma[0])];
+    let wanted = bench.motor.modes[0];
+    for (found, wanted, sigma) in [
+        (found.omega, wanted.omega, sigma[0]),
+        (found.damping, wanted.damping, sigma[1]),
+    ] {
+        let off = (found / wanted).ln() / sigma;
+        assert!(off.abs() < 4.0 && sigma < 0.01, "{off} {sigma}");
+    }
+    assert!(
+        joint.motor.modes.len() == 1 && joint.holds(),
+        "{:?}",
+        joint.over_noise()
+    );
 }
 
 #[test]
@@ -536,5 +575,7 @@ fn under_another_law_the_torque_of_an_unused_record_is_predicted() {
             100.0 * joint.sigma[3]
         );
         assert!(left < 0.4 && seen.angle.fit > 0.9, "{left}");
+        // the friction that best fits leaves more than noise: that deviations promise nothing is told
+        assert!(!joint.holds(), "{:?}", joint.over_noise());
     }
 }
