@@ -1,9 +1,10 @@
 //! Beads of a layer that was laid out in a plane, brought back between the layer below and their own top.
 
-use meltpath_geometry::math::DVec3;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::sheet::thinned;
 use meltpath_toolpath::{Channel, Pass, Role};
 
+use super::inner::TopPlace;
 use super::laid_out::LaidOut;
 use super::shape::Shape;
 use crate::fill::Coverage;
@@ -98,6 +99,15 @@ impl Lift<'_> {
             normal: DVec3::ZERO,
             growth,
             from: Some(foot.point + bottom * growth),
+        })
+    }
+
+    /// The top over a point of the plane.
+    pub(super) fn top(&self, p: DVec2, region: u32) -> Option<TopPlace> {
+        let point = self.point(p.extend(0.0), region)?;
+        Some(TopPlace {
+            position: point.position,
+            growth: point.growth,
         })
     }
 
