@@ -7,6 +7,7 @@ mod judge;
 mod metal;
 pub(crate) mod onto;
 pub mod plan;
+mod pores;
 pub(super) mod run;
 pub(crate) mod wall;
 
