@@ -210,7 +210,7 @@ pub(super) fn write_common(
     };
     let records = &shown.simulation.summary.commands;
     let way = (&shown.film, &records[..]);
-    views::waam::cell::show(folder, &mut report, settings, way, shown.commands)?;
+    views::waam::cell::show(folder, &mut report, settings, way, (shown.commands, None))?;
     outcome::tell(folder, &report)?;
     Ok(())
 }

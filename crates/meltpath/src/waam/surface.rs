@@ -2,6 +2,7 @@
 //! its metal, its checks, and the run from part to program.
 
 mod flat;
+pub(crate) mod ground;
 pub(crate) mod grow;
 mod judge;
 mod metal;

@@ -21,6 +21,7 @@ use crate::views::write_csv;
 use crate::waam::drive::lean;
 use crate::waam::settings::Settings;
 use crate::waam::surface::Asked;
+use crate::waam::surface::ground::standing;
 use crate::waam::surface::grow::outcomes;
 use crate::waam::surface::wall::Wall;
 
@@ -188,6 +189,15 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
         opacity: 0.4,
         visibility: Visibility::Hidden,
     });
+    // while a film shows a moment before the end there is no metal but the beads
+    let body = standing(&wall.plan).map(|mesh| Surface {
+        name: "what it stands on".to_owned(),
+        mesh,
+        scalars: Vec::new(),
+        opacity: 0.6,
+        visibility: Visibility::Shown,
+    });
+    let body = body.filter(|b| b.mesh.triangles.len() <= SHOWN_TRIANGLES);
     let bead = Stroke::Bead(0.7 * settings.bead.height.value);
     let mut lines = vec![passes(wall, bead), axes(wall), travels(wall)];
     if let Ok(grown) = &wall.grown {
@@ -195,7 +205,7 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
     }
     Scene {
         lines,
-        surfaces: metal(wall).into_iter().chain(shown).collect(),
+        surfaces: metal(wall).into_iter().chain(body).chain(shown).collect(),
         heights: None,
         machine: None,
     }

@@ -3,16 +3,15 @@
 use meltpath_base::{Observer, Reporter};
 use meltpath_deposition::deposit::{DepositError, TubeDistance, mean_along};
 use meltpath_deposition::workpiece::{Laid, LaidPoint, Laying};
-use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::segments::Segments;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
-use meltpath_planning::surface::Base;
 use meltpath_robot::Summary;
 use meltpath_robot::interpolation::joints::simulate;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use super::flat;
+use super::ground::solid;
 use super::plan::{Ground, SurfacePlan};
 use crate::waam::deposit::simulate::SimulateError;
 use crate::waam::deposit::target::spread;
@@ -28,10 +27,6 @@ const ACROSS: f64 = 12.0;
 const COARSER: f64 = 1.5;
 /// Room about the passes, widths of the bead.
 const ROOM: f64 = 2.0;
-/// What a plane is the top of, mm thick.
-const SLAB: f64 = 4.0;
-/// Corners that stand for a circle: 0.04 mm off at a radius of 1 m.
-const CORNERS: u32 = 360;
 
 /// Metal of one wall, laid twice.
 #[derive(Debug)]
@@ -171,56 +166,6 @@ fn ground(plan: &SurfacePlan, settings: &Settings, cell: f64) -> Result<Voxels, 
         Ground::Body(meshes) => voxels.fill_mesh(&meshes.body)?,
     };
     Ok(voxels)
-}
-
-/// The body of a base, as far as a box needs it and farther.
-fn solid(base: &Base, (low, high): (DVec3, DVec3)) -> Mesh {
-    let (middle, reach) = (0.5 * (low + high), low.distance(high));
-    match *base {
-        Base::Plane { origin, normal } => {
-            let up = normal.normalize_or_zero();
-            let (u, v) = up.any_orthonormal_pair();
-            let centre = middle - (middle - origin).dot(up) * up;
-            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-            let corner = |(a, b): (f64, f64)| centre + reach * (a * u + b * v);
-            prism(&corners.map(corner), -SLAB * up)
-        }
-        Base::Cylinder {
-            origin,
-            axis,
-            radius,
-        } => {
-            let along = axis.normalize_or_zero();
-            let (u, v) = along.any_orthonormal_pair();
-            let end = origin + ((middle - origin).dot(along) - reach) * along;
-            let corner = |i: u32| {
-                let (sin, cos) =
-                    (std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
-                end + radius * (cos * u + sin * v)
-            };
-            let outline: Vec<DVec3> = (0..CORNERS).map(corner).collect();
-            prism(&outline, 2.0 * reach * along)
-        }
-    }
-}
-
-/// A convex outline drawn along a way.
-fn prism(outline: &[DVec3], along: DVec3) -> Mesh {
-    let n = outline.len() as u32;
-    let mut mesh = Mesh {
-        vertices: outline.to_vec(),
-        triangles: Vec::new(),
-    };
-    mesh.vertices.extend(outline.iter().map(|p| *p + along));
-    for i in 0..n {
-        let next = (i + 1) % n;
-        mesh.triangles
-            .extend([[i, next, n + next], [i, n + next, n + i]]);
-        if i > 0 && next > 0 {
-            mesh.triangles.extend([[0, next, i], [n, n + i, n + next]]);
-        }
-    }
-    mesh
 }
 
 /// What was predicted of each pass or layer of a plan.
