@@ -16,7 +16,6 @@ mod settings;
 mod shape;
 
 pub use error::OntoError;
-pub use inner::TopPlace;
-pub use lift::OntoBead;
+pub use lift::{OntoBead, TopPlace};
 pub use plan::{Onto, OntoLayer, OntoPlan};
 pub use settings::OntoSettings;

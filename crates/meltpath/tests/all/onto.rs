@@ -117,6 +117,15 @@ fn bodies_that_do_not_fit_are_refused() {
         &refusal(&apart),
         &["does not touch the body", "5.000 mm away"],
     );
+    // told before anything is planned
+    let more = "[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n";
+    let wordless = job(
+        dir.path(),
+        &cuboid([20.0, 15.0, 15.0], [70.0, 55.0, 18.0]),
+        &plate,
+        more,
+    );
+    says(&refusal(&wordless), &["ArcTech", "program.krl"]);
     let nothing = job(
         dir.path(),
         &cuboid([20.0, 15.0, 5.0], [70.0, 55.0, 10.2]),

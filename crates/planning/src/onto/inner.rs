@@ -1,26 +1,17 @@
 //! Places on the top of a layer away from its rims: where one looks how flat it is.
 
 use meltpath_geometry::Region;
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset};
 use meltpath_geometry::raster::{Grid, rasterise};
 use rayon::prelude::*;
 
-use super::lift::Lift;
+use super::lift::{Lift, TopPlace};
 use super::settings::OntoSettings;
 use crate::PlanError;
 
 /// Places to a stepover, each way: a bead's crest and its valleys are all seen.
 const PLACES: f64 = 5.0;
-
-/// A place on the top of a layer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TopPlace {
-    /// Where the top is planned, mm.
-    pub position: DVec3,
-    /// Unit vector away from the body.
-    pub growth: DVec3,
-}
 
 /// The places of a layer whose pieces lie in `regions` of the plane.
 pub(super) fn inner(

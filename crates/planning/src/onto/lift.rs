@@ -4,7 +4,6 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::sheet::thinned;
 use meltpath_toolpath::{Channel, Pass, Role};
 
-use super::inner::TopPlace;
 use super::laid_out::LaidOut;
 use super::shape::Shape;
 use crate::fill::Coverage;
@@ -24,6 +23,15 @@ pub struct OntoBead {
     pub role: Role,
     /// Travel speed of each of its moves, mm/s; `None` is the bead's own.
     pub speeds: Vec<Option<f64>>,
+}
+
+/// A place on the top of a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TopPlace {
+    /// Where the top is planned, mm.
+    pub position: DVec3,
+    /// Unit vector away from the body.
+    pub growth: DVec3,
 }
 
 /// How a layer is brought back.

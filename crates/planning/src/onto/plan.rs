@@ -7,10 +7,10 @@ use meltpath_toolpath::Layer;
 use rayon::prelude::*;
 
 use super::error::OntoError;
-use super::inner::{TopPlace, inner};
+use super::inner::inner;
 use super::laid_out::{LaidOut, laid_out_in_a_plane};
 use super::layers::Growing;
-use super::lift::{Lift, OntoBead};
+use super::lift::{Lift, OntoBead, TopPlace};
 use super::settings::OntoSettings;
 use crate::fill::{Coverage, FillLayer, PassIds, plan_layers};
 
