@@ -1,11 +1,13 @@
-"""Writes the example parts of this folder as STEP files with OpenCASCADE (through CadQuery).
+"""Writes the example parts of this folder as STEP files with OpenCASCADE (through CadQuery), and the propeller's blades as STL.
 
 Run `python make_parts.py` here with `pip install cadquery`; meltpath itself needs neither.
 All lengths are millimetres. The dates in the files are fixed, so that a second run writes the
 same bytes.
 """
 
+import math
 import re
+import struct
 from pathlib import Path
 
 import cadquery as cq
@@ -117,6 +119,79 @@ def dome() -> cq.Workplane:
     )
 
 
+def pipe() -> cq.Workplane:
+    """180 mm of pipe 114.3 x 8 along x."""
+    return cq.Workplane("YZ").circle(57.15).circle(49.15).extrude(180).translate((-90, 0, 0))
+
+
+def boss() -> cq.Workplane:
+    """Boss of 36 on that pipe, 18 high all over: its face is left as round as the pipe, to be machined."""
+    ring = cq.Workplane("YZ").circle(57.15 + 18).circle(57.15 - 1).extrude(180)
+    return cq.Workplane("XY").circle(18).extrude(100).intersect(ring.translate((-90, 0, 0)))
+
+
+def die() -> cq.Workplane:
+    """Block 130 x 90 under a free-form face: a wave along x, bent along y."""
+
+    def height(x: float, y: float) -> float:
+        return 40 + 8 * math.cos(x / 45) + 0.0015 * y * y
+
+    rows = [[cq.Vector(x, y, height(x, y)) for x in range(-70, 71, 14)] for y in range(-50, 51, 10)]
+    face = cq.Face.makeSplineApprox(rows, tol=1e-3)
+    below = cq.Workplane(cq.Solid.extrudeLinear(face, cq.Vector(0, 0, -100)))
+    return cq.Workplane("XY").box(130, 90, 100, centered=(True, True, False)).intersect(below)
+
+
+def die_worn() -> cq.Workplane:
+    """That die with its worn place cut out clean by a ball of 120."""
+    return die().cut(cq.Workplane("XY").sphere(60).translate((10, -2, 100)))
+
+
+def branch() -> cq.Workplane:
+    """Pipe of 60 that bends by 40 degrees on a radius of 150, with a branch of 48 at 50 degrees to the other side."""
+    bend, turn, lean = 150.0, math.radians(40), math.radians(50)
+
+    def on_bend(angle: float) -> tuple[float, float]:
+        return bend * (1 - math.cos(angle)), 40 + bend * math.sin(angle)
+
+    path = cq.Workplane("XZ").lineTo(0, 40).threePointArc(on_bend(turn / 2), on_bend(turn))
+    trunk = cq.Workplane("XY").circle(30).sweep(path)
+    plane = cq.Plane((0, 0, 45), (0, 1, 0), (-math.sin(lean), 0, math.cos(lean)))
+    body = trunk.union(cq.Workplane(plane).circle(24).extrude(100))
+    seam = [e for e in body.edges().vals() if e.geomType() not in ("CIRCLE", "LINE")]
+    return body.newObject(seam).fillet(6)
+
+
+def propeller() -> list[tuple]:
+    """Triangles of three blades on a hub of 50 about z: helicoids, 52 degrees wide at the hub, narrower and turned forward outwards, to 170 across."""
+
+    def place(k: int, out: float, across: float) -> tuple[float, float, float]:
+        angle = math.radians(26 * (1 - 0.35 * out * out)) * (2 * across - 1)
+        z = 35 + 200 * angle / (2 * math.pi) * (1 - 0.25 * out)
+        turn = angle + 2 * math.pi * k / 3 + 0.25 * out
+        radius = 25 + 60 * out
+        return radius * math.cos(turn), radius * math.sin(turn), z
+
+    rows, columns = 40, 30
+    triangles = []
+    for k in range(3):
+        for i in range(rows):
+            for j in range(columns):
+                a, b = place(k, i / rows, j / columns), place(k, (i + 1) / rows, j / columns)
+                c, d = place(k, (i + 1) / rows, (j + 1) / columns), place(k, i / rows, (j + 1) / columns)
+                triangles += [(a, b, c), (a, c, d)]
+    return triangles
+
+
+def write_stl(triangles: list[tuple], name: str) -> None:
+    """Writes a sheet of triangles as a binary STL, its normals left to the reader."""
+    with open(HERE / f"{name}.stl", "wb") as file:
+        file.write(b"\0" * 80 + struct.pack("<I", len(triangles)))
+        for corners in triangles:
+            numbers = (0.0, 0.0, 0.0, *(x for corner in corners for x in corner))
+            file.write(struct.pack("<12fH", *numbers, 0))
+
+
 def write(shape: cq.Workplane, name: str) -> None:
     """Writes one named part, with the time stamp and the running number of the writer removed."""
     assembly = cq.Assembly(shape, name=name)
@@ -128,7 +203,8 @@ def write(shape: cq.Workplane, name: str) -> None:
 
 
 if __name__ == "__main__":
-    for make in (flange, bracket, bridge, torus, dome):
+    write_stl(propeller(), "propeller")
+    for make in (flange, bracket, bridge, torus, dome, pipe, boss, die, die_worn, branch):
         shape = make()
         solid = shape.val()
         assert solid.isValid() and len(shape.solids().vals()) == 1, make.__name__
@@ -138,4 +214,4 @@ if __name__ == "__main__":
             f" box {box.xmin:.3f} {box.ymin:.3f} {box.zmin:.3f} .. {box.xmax:.3f} {box.ymax:.3f} {box.zmax:.3f},"
             f" faces {len(shape.faces().vals())}"
         )
-        write(shape, make.__name__)
+        write(shape, make.__name__.replace("_", "-"))

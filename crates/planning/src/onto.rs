@@ -7,6 +7,7 @@
 //! Ours. Layers at one distance from a free-form base are what Campocasso 2017 does with one bead on a surface, § III.C, eq. 3.
 
 mod error;
+mod inner;
 mod laid_out;
 mod layers;
 mod lift;
@@ -15,6 +16,6 @@ mod settings;
 mod shape;
 
 pub use error::OntoError;
-pub use lift::OntoBead;
+pub use lift::{OntoBead, TopPlace};
 pub use plan::{Onto, OntoLayer, OntoPlan};
 pub use settings::OntoSettings;

@@ -30,6 +30,7 @@ pub use error::BuildError;
 use partial::before;
 pub use partial::{Restart, dry_run, laid_from};
 use service::Upkeep;
+pub use wording::check_cell;
 use wording::{RESOLUTION, SHORTEST_WAIT, Wording};
 
 use crate::orientation::{axis_of_wpr, wpr_of_axis};

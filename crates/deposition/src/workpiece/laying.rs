@@ -16,6 +16,8 @@ use crate::deposit::feeding::{Feeding, check_sizes};
 use crate::deposit::{DepositError, Settings, Walk};
 use crate::pursuit::Pursuit;
 
+type OnLayer<'a> = Box<dyn FnMut(u32, &Voxels) + 'a>;
+
 /// Lays metal along motion, along the torch axis at each place, on whatever is in the voxels.
 ///
 /// - Give it motion blocks in order of time through [`MotionSink`], then [`Laying::finish`]. The axis of a sample points from the part to
@@ -61,6 +63,9 @@ pub struct Laying<'a> {
     owed: f64,
     laid: Totals,
     skipped: u64,
+    layers: Vec<u32>,
+    layer: Option<u32>,
+    on_layer: Option<OnLayer<'a>>,
 }
 
 /// A motion sample.
@@ -141,6 +146,9 @@ impl<'a> Laying<'a> {
             owed: 0.0,
             laid: Totals::default(),
             skipped: 0,
+            layers: Vec::new(),
+            layer: None,
+            on_layer: None,
         })
     }
 
@@ -148,6 +156,20 @@ impl<'a> Laying<'a> {
     #[must_use]
     pub fn reporting_to(mut self, reporter: &'a Reporter) -> Self {
         self.reporter = Some(reporter);
+        self
+    }
+
+    /// The layer of each command (index: command number); commands past the end belong to layer 0.
+    #[must_use]
+    pub fn with_layers(mut self, layer_of_command: Vec<u32>) -> Self {
+        self.layers = layer_of_command;
+        self
+    }
+
+    /// Calls `f` at the end of each layer, with its number and the metal that is solid by then.
+    #[must_use]
+    pub fn on_layer(mut self, f: impl FnMut(u32, &Voxels) + 'a) -> Self {
+        self.on_layer = Some(Box::new(f));
         self
     }
 
@@ -159,6 +181,7 @@ impl<'a> Laying<'a> {
     /// Ends the last bead and hands over the metal.
     pub fn finish(mut self) -> Laid {
         self.end_bead();
+        self.end_layer();
         let laid = Laid {
             voxels: self.voxels,
             wire: self.laid.wire,
@@ -173,6 +196,22 @@ impl<'a> Laying<'a> {
             warn(reporter, &laid, self.skipped);
         }
         laid
+    }
+
+    /// Tells that the layer is whole that was laid last.
+    fn end_layer(&mut self) {
+        if let (Some(layer), Some(f)) = (self.layer.take(), &mut self.on_layer) {
+            f(layer, &self.voxels);
+        }
+    }
+
+    /// Notes the layer of what is laid now; one arc may run on from one layer to the next.
+    fn enter_layer(&mut self, command: u32) {
+        let layer = self.layers.get(command as usize).copied().unwrap_or(0);
+        if self.layer != Some(layer) {
+            self.end_layer();
+            self.layer = Some(layer);
+        }
     }
 
     fn begin_bead(&mut self, from: Sample, command: u32) {
@@ -235,6 +274,7 @@ impl<'a> Laying<'a> {
 
     /// The torch moves while `wire` mm of wire are fed.
     fn feed(&mut self, from: Sample, to: Sample, wire: f64, command: u32) {
+        self.enter_layer(command);
         if self.run.is_none() {
             self.begin_bead(from, command);
         }

@@ -481,6 +481,27 @@ fn stamps_alone_are_the_parabola_in_any_direction() {
     }
 }
 
+/// Each layer is told once, with the metal that is there by then.
+#[test]
+fn layers_are_told_when_they_are_whole() {
+    let voxels = plate(Turn::about(DVec3::X, 0.0), (LO, HI, 30.0), 0.5);
+    let before = voxels.volume();
+    let mut told = Vec::new();
+    let mut d = laying(voxels, Settings::default())
+        .with_layers(vec![0, 7, 8, 9])
+        .on_layer(|layer, metal| told.push((layer, metal.volume() - before)));
+    let (mut clock, area) = (0.0, seed_bead().area);
+    for (command, path) in (1..).zip(wall(3, &[0.0], 2.0, 40.0)) {
+        bead(&mut d, &path, command, &mut clock, area);
+    }
+    let laid = d.finish();
+    assert_eq!(told.iter().map(|t| t.0).collect::<Vec<_>>(), [7, 8, 9]);
+    for (count, (_, volume)) in (1..).zip(&told) {
+        let wanted = laid.volume * f64::from(count) / 3.0;
+        assert!((volume / wanted - 1.0).abs() < 1e-6, "{told:?}");
+    }
+}
+
 #[test]
 fn motion_that_is_no_motion_is_skipped_and_told() {
     let reporter = meltpath_base::Reporter::default();

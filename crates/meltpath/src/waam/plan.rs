@@ -177,8 +177,7 @@ impl Plan {
             .zip(&self.regions)
             .enumerate()
             .map(|(i, (layer, regions))| {
-                // free edges round off over a bead and a half, and belong to no flatness
-                let inner = inset(regions, 1.5 * settings.bead.width.value, join)?;
+                let inner = inset(regions, ROUNDED_OFF * settings.bead.width.value, join)?;
                 Ok(PlannedLayer {
                     layer: i as u32 + 1,
                     top: layer.top,
@@ -220,6 +219,8 @@ impl Plan {
     }
 }
 
+/// Free edges round off over so many bead widths, and belong to no flatness.
+pub(super) const ROUNDED_OFF: f64 = 1.5;
 /// Metal may flow this far beyond the outermost points of a path, bead widths.
 const BESIDE: f64 = 3.0;
 

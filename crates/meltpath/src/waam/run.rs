@@ -88,6 +88,8 @@ fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
 pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
+    let words = loaded.settings.check_words();
+    words.map_err(|e| WaamError::Program(e.into()))?;
     let folder = home.create()?;
     warn_of_plate(&loaded.settings, &reporter);
     if let Some(asked) = &loaded.settings.surface {
@@ -210,7 +212,7 @@ pub(super) fn write_common(
     };
     let records = &shown.simulation.summary.commands;
     let way = (&shown.film, &records[..]);
-    views::waam::cell::show(folder, &mut report, settings, way, shown.commands)?;
+    views::waam::cell::show(folder, &mut report, settings, way, (shown.commands, None))?;
     outcome::tell(folder, &report)?;
     Ok(())
 }

@@ -22,7 +22,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
-use meltpath_programs::Dialect;
+use meltpath_programs::{BuildError, Dialect, check_cell};
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 use meltpath_toolpath::Weave;
@@ -493,6 +493,15 @@ fn models(cell: &Cell, provenance: &mut Provenance) {
 }
 
 impl Settings {
+    /// Whether the cell has the words for every program that the job asks for: known before anything is planned.
+    ///
+    /// # Errors
+    /// [`BuildError`] with the key that is missing.
+    pub fn check_words(&self) -> Result<(), BuildError> {
+        let mut programs = self.programs.iter();
+        programs.try_for_each(|&dialect| check_cell(&self.cell.program, dialect))
+    }
+
     /// Standard uncertainty of growth, where the share `single` of the bead length stands alone.
     pub fn growth_error(&self, single: f64) -> GrowthError {
         let area = self.bead.area.sigma / self.bead.area.value;

@@ -1,11 +1,14 @@
 //! Layers that are not flat: a wall one bead thick along a surface in space, or layers that follow a body. What a job asks, the plan,
 //! its metal, its checks, and the run from part to program.
 
+mod flat;
+pub(crate) mod ground;
 pub(crate) mod grow;
 mod judge;
 mod metal;
 pub(crate) mod onto;
 pub mod plan;
+mod pores;
 pub(super) mod run;
 pub(crate) mod wall;
 

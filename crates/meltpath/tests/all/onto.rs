@@ -78,6 +78,31 @@ fn a_layer_too_few_lacks_metal() {
     assert!(check(&one, "stock").value.as_ref().unwrap().value < -3.0);
 }
 
+/// The same layers in a height map and in voxels: one measure of how flat they are, all over the layer once it is whole.
+#[test]
+fn layers_on_a_plate_are_as_flat_as_flat_layers() {
+    let dir = tempfile::tempdir().unwrap();
+    let plate = cuboid([0.0; 3], [100.0, 80.0, 10.0]);
+    let pad = cuboid([22.0, 18.0, 10.0], [78.0, 62.0, 22.0]);
+    let more = "[layers]\ncount = 3\n";
+    let onto = job(dir.path(), &pad, &plate, more);
+    let text = std::fs::read_to_string(&onto).unwrap();
+    let flat = text.replace("[onto]\nbody = \"body.stl\"\n", "");
+    let flat = write(dir.path(), "flat.toml", flat);
+    let of = |job: &Path| {
+        let verdict = verdict(job);
+        let value = check(&verdict, "flatness").value.clone().unwrap();
+        (value.value, fact(&verdict, "arc-starts"))
+    };
+    let (flat, onto) = (of(&flat), of(&onto));
+    assert_eq!(flat.1, onto.1, "other beads");
+    // along bead axes as each froze it would be twice that
+    assert!(
+        flat.0 > 0.3 && (onto.0 / flat.0 - 1.0).abs() < 0.15,
+        "{flat:?} {onto:?}"
+    );
+}
+
 #[test]
 fn bodies_that_do_not_fit_are_refused() {
     let dir = tempfile::tempdir().unwrap();
@@ -92,6 +117,15 @@ fn bodies_that_do_not_fit_are_refused() {
         &refusal(&apart),
         &["does not touch the body", "5.000 mm away"],
     );
+    // told before anything is planned
+    let more = "[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n";
+    let wordless = job(
+        dir.path(),
+        &cuboid([20.0, 15.0, 15.0], [70.0, 55.0, 18.0]),
+        &plate,
+        more,
+    );
+    says(&refusal(&wordless), &["ArcTech", "program.krl"]);
     let nothing = job(
         dir.path(),
         &cuboid([20.0, 15.0, 5.0], [70.0, 55.0, 10.2]),

@@ -1,6 +1,6 @@
 //! Beads of a layer that was laid out in a plane, brought back between the layer below and their own top.
 
-use meltpath_geometry::math::DVec3;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::sheet::thinned;
 use meltpath_toolpath::{Channel, Pass, Role};
 
@@ -23,6 +23,15 @@ pub struct OntoBead {
     pub role: Role,
     /// Travel speed of each of its moves, mm/s; `None` is the bead's own.
     pub speeds: Vec<Option<f64>>,
+}
+
+/// A place on the top of a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TopPlace {
+    /// Where the top is planned, mm.
+    pub position: DVec3,
+    /// Unit vector away from the body.
+    pub growth: DVec3,
 }
 
 /// How a layer is brought back.
@@ -98,6 +107,15 @@ impl Lift<'_> {
             normal: DVec3::ZERO,
             growth,
             from: Some(foot.point + bottom * growth),
+        })
+    }
+
+    /// The top over a point of the plane.
+    pub(super) fn top(&self, p: DVec2, region: u32) -> Option<TopPlace> {
+        let point = self.point(p.extend(0.0), region)?;
+        Some(TopPlace {
+            position: point.position,
+            growth: point.growth,
         })
     }
 

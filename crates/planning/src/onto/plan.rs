@@ -7,9 +7,10 @@ use meltpath_toolpath::Layer;
 use rayon::prelude::*;
 
 use super::error::OntoError;
+use super::inner::inner;
 use super::laid_out::{LaidOut, laid_out_in_a_plane};
 use super::layers::Growing;
-use super::lift::{Lift, OntoBead};
+use super::lift::{Lift, OntoBead, TopPlace};
 use super::settings::OntoSettings;
 use crate::fill::{Coverage, FillLayer, PassIds, plan_layers};
 
@@ -28,6 +29,8 @@ pub struct OntoLayer {
     pub coverage: Vec<Coverage>,
     /// Its rims, closed lines on the surface through its middle, mm.
     pub rims: Vec<Vec<DVec3>>,
+    /// Places all over its top away from its rims, as even as a grid in the plane.
+    pub inner: Vec<TopPlace>,
     /// Its beads as they lie in the plane.
     pub path: Layer,
 }
@@ -122,6 +125,7 @@ impl<'a> Onto<'a> {
                 area: layer.area,
                 stretch: layer.stretch(),
                 coverage: lift.coverage(filled.coverage),
+                inner: inner(&lift, &regions[i], &self.settings)?,
                 rims: layer.pieces.iter().flat_map(|p| p.flat.rims()).collect(),
                 path: filled.path,
             });

@@ -11,6 +11,8 @@ pub struct OntoSettings<'a> {
     pub side: f64,
     /// Metal over the part, away from the body, mm.
     pub over: f64,
+    /// Distance from the rims of a layer beyond which its height is looked at, mm.
+    pub inside: f64,
     /// How far the polyline of a bead may lie beside its curve, mm.
     pub chord_error: f64,
     /// Layers after this one are left out.

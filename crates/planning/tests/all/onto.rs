@@ -31,6 +31,7 @@ fn with(part: &Mesh, body: &Mesh, side: f64, over: f64) -> Result<OntoPlan, Onto
         fill: &fill,
         side,
         over,
+        inside: 1.5 * fill.width,
         chord_error: 0.02,
         count: None,
     };

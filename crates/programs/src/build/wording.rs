@@ -27,7 +27,7 @@ impl<'a> Wording<'a> {
     /// # Errors
     /// [`BuildError`] where the cell does not say what the dialect needs.
     pub(super) fn new(cell: &'a CellProgramming, dialect: Dialect) -> Result<Self, BuildError> {
-        needs(cell, dialect)?;
+        check_cell(cell, dialect)?;
         Ok(Wording { cell, dialect })
     }
 
@@ -143,8 +143,11 @@ impl<'a> Wording<'a> {
     }
 }
 
-/// Whether the cell says what a dialect needs.
-fn needs(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
+/// Whether the cell says what programs of a dialect need, whatever their plan.
+///
+/// # Errors
+/// [`BuildError`] naming the first key that is missing.
+pub fn check_cell(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
     let (key, what, known) = match dialect {
         Dialect::FanucLs => return Ok(()),
         Dialect::Krl => ("krl", "what ArcTech is given", cell.krl.is_some()),

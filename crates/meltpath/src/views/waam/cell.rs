@@ -1,6 +1,7 @@
 //! The robot cell in the report: what the 3D view moves, where its axes stand, pictures of its key moments.
 
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{self, Mark, Plot};
@@ -74,7 +75,7 @@ pub(crate) fn show(
     report: &mut Report,
     settings: &Settings,
     (film, records): (&Film, &[CommandRecord]),
-    commands: &Commands,
+    (commands, body): (&Commands, Option<&Mesh>),
 ) -> Result<(), OutputError> {
     let cell = settings.robot.as_ref();
     let Some(cell) = cell.filter(|_| !film.steps.is_empty()) else {
@@ -90,6 +91,7 @@ pub(crate) fn show(
         settings,
         commands,
         records,
+        body,
     };
     section.tables.push(pictures::write(folder, &build, film)?);
     report.sections.push(section);

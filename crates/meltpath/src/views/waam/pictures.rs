@@ -58,6 +58,8 @@ pub(super) struct Build<'a> {
     pub(super) settings: &'a Settings,
     pub(super) commands: &'a Commands,
     pub(super) records: &'a [CommandRecord],
+    /// What the beads stand on, in the part; nothing on a plate.
+    pub(super) body: Option<&'a Mesh>,
 }
 
 /// Draws the key moments into the run's folder; the table of them.
@@ -225,7 +227,7 @@ fn pieces(build: &Build<'_>, until: f64) -> Vec<(u32, [DVec3; 2], DVec3)> {
     pieces
 }
 
-/// Plate and beads, in the world.
+/// Plate or body, and beads, in the world.
 fn laid(build: &Build<'_>, about: bool, (time, part): (f64, Pose)) -> Vec<Shape> {
     let bead = &build.settings.bead;
     let (half, high) = (0.5 * bead.width.value, bead.height.value);
@@ -242,7 +244,8 @@ fn laid(build: &Build<'_>, about: bool, (time, part): (f64, Pose)) -> Vec<Shape>
             colour: if about { NOW } else { colour },
         })
         .collect();
-    shapes.extend(plate(build).map(|plate| Shape {
+    let under = build.body.cloned().or_else(|| plate(build));
+    shapes.extend(under.map(|plate| Shape {
         mesh: placed(&plate, part),
         colour: BASE_METAL,
     }));

@@ -21,6 +21,7 @@ use crate::views::write_csv;
 use crate::waam::drive::lean;
 use crate::waam::settings::Settings;
 use crate::waam::surface::Asked;
+use crate::waam::surface::ground::standing;
 use crate::waam::surface::grow::outcomes;
 use crate::waam::surface::wall::Wall;
 
@@ -167,8 +168,8 @@ fn beads(laid: &Laid, layer_of_command: &[u32]) -> LineSet {
 fn metal(wall: &Wall) -> Option<Surface> {
     let grown = wall.grown.as_ref().ok()?;
     let shown = |m: &Mesh| m.triangles.len() <= SHOWN_TRIANGLES;
-    let mesh = Some(grown.fine.voxels.to_mesh()).filter(shown);
-    let mesh = mesh.or_else(|| Some(grown.coarse.voxels.to_mesh()).filter(shown));
+    let mesh = Some(grown.fine.laid.voxels.to_mesh()).filter(shown);
+    let mesh = mesh.or_else(|| Some(grown.coarse.laid.voxels.to_mesh()).filter(shown));
     Some(Surface {
         name: "predicted metal".to_owned(),
         mesh: mesh?,
@@ -188,14 +189,23 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
         opacity: 0.4,
         visibility: Visibility::Hidden,
     });
+    // while a film shows a moment before the end there is no metal but the beads
+    let body = standing(&wall.plan).map(|mesh| Surface {
+        name: "what it stands on".to_owned(),
+        mesh,
+        scalars: Vec::new(),
+        opacity: 0.6,
+        visibility: Visibility::Shown,
+    });
+    let body = body.filter(|b| b.mesh.triangles.len() <= SHOWN_TRIANGLES);
     let bead = Stroke::Bead(0.7 * settings.bead.height.value);
     let mut lines = vec![passes(wall, bead), axes(wall), travels(wall)];
     if let Ok(grown) = &wall.grown {
-        lines.push(beads(&grown.fine, &wall.commands.layer_of_command));
+        lines.push(beads(&grown.fine.laid, &wall.commands.layer_of_command));
     }
     Scene {
         lines,
-        surfaces: metal(wall).into_iter().chain(shown).collect(),
+        surfaces: metal(wall).into_iter().chain(body).chain(shown).collect(),
         heights: None,
         machine: None,
     }
@@ -273,8 +283,8 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
 
 /// How the wall grows, pass by pass.
 fn growth_section(wall: &Wall, settings: &Settings) -> Option<Section> {
-    let laid = &wall.grown.as_ref().ok()?.fine;
-    let layers = outcomes(laid, &wall.commands, settings, &wall.plan);
+    let metal = &wall.grown.as_ref().ok()?.fine;
+    let layers = outcomes(metal, &wall.commands, settings, &wall.plan);
     let growth = settings.growth_error(1.0);
     Some(Section::new(
         "How the wall grows",
@@ -326,9 +336,9 @@ pub(crate) fn write_files(folder: &OutputFolder, wall: &Wall) -> Result<(), Outp
         write_lines(w, &lines).map_err(io::Error::other)
     })?;
     if let Ok(grown) = &wall.grown {
-        let mesh = grown.fine.voxels.to_mesh();
+        let mesh = grown.fine.laid.voxels.to_mesh();
         folder.write("as-built.stl", |mut w| write_stl(&mesh, "as-built", &mut w))?;
-        let lines = beads(&grown.fine, &wall.commands.layer_of_command);
+        let lines = beads(&grown.fine.laid, &wall.commands.layer_of_command);
         folder.write("fields/beads.vtp", |w| {
             write_lines(w, &lines).map_err(io::Error::other)
         })?;

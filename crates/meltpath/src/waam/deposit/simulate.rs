@@ -21,7 +21,7 @@ use meltpath_robot::summary::Summary;
 use meltpath_robot::weave::Weaving;
 use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
 
-use crate::waam::deposit::target::layer_top;
+use crate::waam::deposit::target::{layer_top, spread};
 use crate::waam::drive::record::{Recorder, Sample};
 use crate::waam::judge::{LayerOutcome, TubePlace};
 use crate::waam::program::Commands;
@@ -262,15 +262,7 @@ pub(in crate::waam) fn outcome(
     plan: Option<&PlannedLayer>,
 ) -> LayerOutcome {
     let inner = plan.and_then(|p| layer_top(map, &map.z, &p.inner));
-    let crests = || {
-        let mut z: Vec<f64> = record.path.iter().map(|p| p.crest.z).collect();
-        z.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| {
-            z.get(((z.len().saturating_sub(1)) as f64 * share).round() as usize)
-                .copied()
-        };
-        Some(at(0.95)? - at(0.05)?)
-    };
+    let crests = || spread(record.path.iter().map(|p| p.crest.z).collect());
     let worst = record
         .accumulations
         .iter()

@@ -309,13 +309,20 @@ pub fn layer_top(map: &HeightMap, z: &[f64], mask: &Mask) -> Option<LayerTop> {
         .collect();
     heights.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let &(highest, at) = heights.last()?;
-    let percentile = |p: f64| heights[((heights.len() - 1) as f64 * p).round() as usize].0;
     let mean = heights.iter().map(|h| h.0).sum::<f64>() / heights.len() as f64;
     Some(LayerTop {
         mean,
-        spread: percentile(0.95) - percentile(0.05),
+        spread: spread(heights.iter().map(|h| h.0).collect())?,
         highest: (highest, map.centre(at % map.nx, at / map.nx)),
     })
+}
+
+/// How flat heights are: 5-95 % of them lie so far apart, mm; `None` where there are none.
+pub fn spread(mut heights: Vec<f64>) -> Option<f64> {
+    heights.sort_unstable_by(f64::total_cmp);
+    let last = heights.len().saturating_sub(1) as f64;
+    let at = |share: f64| heights.get((last * share).round() as usize).copied();
+    Some(at(0.95)? - at(0.05)?)
 }
 
 #[cfg(test)]

@@ -1,19 +1,20 @@
 //! How a wall on a surface grows: its program driven, its metal laid along the torch in voxels, on what the wall stands on.
 
 use meltpath_base::{Observer, Reporter};
-use meltpath_deposition::deposit::{TubeDistance, mean_along};
+use meltpath_deposition::deposit::{DepositError, TubeDistance, mean_along};
 use meltpath_deposition::workpiece::{Laid, LaidPoint, Laying};
-use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::segments::Segments;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
-use meltpath_planning::surface::Base;
 use meltpath_robot::Summary;
 use meltpath_robot::interpolation::joints::simulate;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
+use super::flat;
+use super::ground::solid;
 use super::plan::{Ground, SurfacePlan};
 use crate::waam::deposit::simulate::SimulateError;
+use crate::waam::deposit::target::spread;
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::record::{Recorder, Sample};
 use crate::waam::judge::{LayerOutcome, TubePlace};
@@ -26,22 +27,26 @@ const ACROSS: f64 = 12.0;
 const COARSER: f64 = 1.5;
 /// Room about the passes, widths of the bead.
 const ROOM: f64 = 2.0;
-/// What a plane is the top of, mm thick.
-const SLAB: f64 = 4.0;
-/// Corners that stand for a circle: 0.04 mm off at a radius of 1 m.
-const CORNERS: u32 = 360;
 
 /// Metal of one wall, laid twice.
 #[derive(Debug)]
 pub(crate) struct Grown {
     /// In voxels of `cell`.
-    pub(crate) fine: Laid,
+    pub(crate) fine: Metal,
     /// In coarser ones.
-    pub(crate) coarse: Laid,
+    pub(crate) coarse: Metal,
     /// Side of the finer voxels, mm.
     pub(crate) cell: f64,
     /// What the wall stands on, in the finer voxels, mm³.
     pub(crate) ground: f64,
+}
+
+/// Metal as it was laid.
+#[derive(Debug)]
+pub(crate) struct Metal {
+    pub(crate) laid: Laid,
+    /// How flat each layer is inside its rims once it is whole: its number, and 5-95 % of its heights over the planned top, mm.
+    pub(crate) flatness: Vec<(u32, f64)>,
 }
 
 /// A program driven.
@@ -78,13 +83,16 @@ pub(super) fn drive(
     let cell = settings.cell_size.min(settings.bead.width.value / ACROSS);
     let grounds = ground(plan, settings, cell)
         .and_then(|fine| Ok([fine, ground(plan, settings, COARSER * cell)?]));
+    let mut flatness = [Vec::new(), Vec::new()];
     let (mut layings, mut under, mut trouble) = (Vec::new(), 0.0, None);
     match grounds {
         Ok([fine, coarse]) => {
             under = fine.volume();
-            let new =
-                |voxels| Laying::new(voxels, settings.bead_model, settings.pool, settings.deposit);
-            layings = vec![new(fine)?.reporting_to(reporter), new(coarse)?];
+            let [of_fine, of_coarse] = &mut flatness;
+            layings = vec![
+                laying(fine, (plan, commands), settings, of_fine)?.reporting_to(reporter),
+                laying(coarse, (plan, commands), settings, of_coarse)?,
+            ];
         }
         Err(e) => trouble = Some(e),
     }
@@ -97,8 +105,10 @@ pub(super) fn drive(
     let along = joint_moves::along(commands, settings);
     let summary = simulate(&along, &settings.controller, observer, &mut sinks)?;
     let summary = commands.pacing().summary(summary, &commands.commands);
-    let mut laid = layings.into_iter().map(Laying::finish);
-    let grown = match (laid.next(), laid.next(), trouble) {
+    let laid: Vec<Laid> = layings.into_iter().map(Laying::finish).collect();
+    let metal = laid.into_iter().zip(flatness);
+    let mut metal = metal.map(|(laid, flatness)| Metal { laid, flatness });
+    let grown = match (metal.next(), metal.next(), trouble) {
         (Some(fine), Some(coarse), None) => Ok(Grown {
             fine,
             coarse,
@@ -112,6 +122,25 @@ pub(super) fn drive(
         samples: recorder.finish(),
         grown,
     })
+}
+
+/// What lays the beads on a ground and notes how flat each layer is.
+fn laying<'a>(
+    ground: Voxels,
+    (plan, commands): (&'a SurfacePlan, &Commands),
+    settings: &Settings,
+    flatness: &'a mut Vec<(u32, f64)>,
+) -> Result<Laying<'a>, DepositError> {
+    let reach = settings.deposit.nominal_ctwd;
+    let whole = move |number: u32, voxels: &Voxels| {
+        let layer = plan.layers.iter().find(|l| l.number == number);
+        let found = layer.and_then(|l| flat::flatness(voxels, l, reach));
+        flatness.extend(found.map(|f| (number, f)));
+    };
+    let new = Laying::new(ground, settings.bead_model, settings.pool, settings.deposit)?;
+    Ok(new
+        .with_layers(commands.layer_of_command.clone())
+        .on_layer(whole))
 }
 
 /// What the wall stands on, in voxels with room for the wall.
@@ -139,59 +168,9 @@ fn ground(plan: &SurfacePlan, settings: &Settings, cell: f64) -> Result<Voxels, 
     Ok(voxels)
 }
 
-/// The body of a base, as far as a box needs it and farther.
-fn solid(base: &Base, (low, high): (DVec3, DVec3)) -> Mesh {
-    let (middle, reach) = (0.5 * (low + high), low.distance(high));
-    match *base {
-        Base::Plane { origin, normal } => {
-            let up = normal.normalize_or_zero();
-            let (u, v) = up.any_orthonormal_pair();
-            let centre = middle - (middle - origin).dot(up) * up;
-            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-            let corner = |(a, b): (f64, f64)| centre + reach * (a * u + b * v);
-            prism(&corners.map(corner), -SLAB * up)
-        }
-        Base::Cylinder {
-            origin,
-            axis,
-            radius,
-        } => {
-            let along = axis.normalize_or_zero();
-            let (u, v) = along.any_orthonormal_pair();
-            let end = origin + ((middle - origin).dot(along) - reach) * along;
-            let corner = |i: u32| {
-                let (sin, cos) =
-                    (std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
-                end + radius * (cos * u + sin * v)
-            };
-            let outline: Vec<DVec3> = (0..CORNERS).map(corner).collect();
-            prism(&outline, 2.0 * reach * along)
-        }
-    }
-}
-
-/// A convex outline drawn along a way.
-fn prism(outline: &[DVec3], along: DVec3) -> Mesh {
-    let n = outline.len() as u32;
-    let mut mesh = Mesh {
-        vertices: outline.to_vec(),
-        triangles: Vec::new(),
-    };
-    mesh.vertices.extend(outline.iter().map(|p| *p + along));
-    for i in 0..n {
-        let next = (i + 1) % n;
-        mesh.triangles
-            .extend([[i, next, n + next], [i, n + next, n + i]]);
-        if i > 0 && next > 0 {
-            mesh.triangles.extend([[0, next, i], [n, n + i, n + next]]);
-        }
-    }
-    mesh
-}
-
 /// What was predicted of each pass or layer of a plan.
 pub(crate) fn outcomes(
-    laid: &Laid,
+    metal: &Metal,
     commands: &Commands,
     settings: &Settings,
     plan: &SurfacePlan,
@@ -206,16 +185,17 @@ pub(crate) fn outcomes(
         [below, below + own.unwrap_or(last)]
     };
     let layer = |p: &LaidPoint| commands.layer_of_command.get(p.command as usize).copied();
-    let passes = laid.path.chunk_by(|a, b| layer(a) == layer(b));
+    let passes = metal.laid.path.chunk_by(|a, b| layer(a) == layer(b));
     let pass = |points: &[LaidPoint]| {
         let number = layer(points.first()?)?;
         let inner = inner(points, plan, number, settings.bead.width.value);
-        Some(outcome(
-            (number, ends(number)),
-            (points, &inner),
-            commands,
-            settings,
-        ))
+        let own = outcome((number, ends(number)), (points, &inner), commands, settings);
+        // a layer too narrow to have an inside is as flat as its beads, as a wall is
+        let whole = metal.flatness.iter().find(|f| f.0 == number);
+        Some(LayerOutcome {
+            flatness: whole.map(|f| f.1).or(own.flatness),
+            ..own
+        })
     };
     passes.filter_map(pass).collect()
 }
@@ -264,12 +244,6 @@ fn outcome(
     // how much higher than planned the metal stands on the bead's axis, along the torch
     let height = planned_top - bottom;
     let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - height;
-    let mut heights: Vec<f64> = inner.iter().map(higher).collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| {
-        let last = heights.len().saturating_sub(1) as f64;
-        heights.get((last * share).round() as usize).copied()
-    };
     let place = |p: &LaidPoint| tube_place(p, commands);
     let nearer = |a: &&LaidPoint, b: &&LaidPoint| a.ctwd.total_cmp(&b.ctwd);
     let ends = points
@@ -285,7 +259,7 @@ fn outcome(
         layer: number,
         planned_top,
         mean_top: Some(planned_top + mean(&higher)),
-        flatness: at(0.95).zip(at(0.05)).map(|(high, low)| high - low),
+        flatness: spread(inner.iter().map(higher).collect()),
         ctwd_mean: mean(&|p| p.ctwd),
         ctwd_range: ends.map_or((f64::NAN, f64::NAN), |(a, b)| (a.ctwd, b.ctwd)),
         tube: ends.map(|(a, b)| [place(a), place(b)]),

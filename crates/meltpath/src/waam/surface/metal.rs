@@ -8,7 +8,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
 use meltpath_planning::surface::torch_axes;
 
-use super::grow::{Grown, outcomes, tube_place};
+use super::grow::{Grown, Metal, outcomes, tube_place};
 use super::onto;
 use super::plan::{Ground, SurfacePlan};
 use crate::waam::deposit::tube;
@@ -35,9 +35,10 @@ pub(super) fn checks(
         Ok(grown) => grown,
         Err(why) => return vec![without_room(why)],
     };
-    let of = |laid: &Laid| -> Result<Vec<Check>, VoxelsError> {
+    let of = |metal: &Metal| -> Result<Vec<Check>, VoxelsError> {
+        let laid = &metal.laid;
         let growth = settings.growth_error(plan.single());
-        let layers = outcomes(laid, commands, settings, plan);
+        let layers = outcomes(metal, commands, settings, plan);
         let ctwd: Vec<TubePlace> = laid.path.iter().map(|p| tube_place(p, commands)).collect();
         let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
         checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
@@ -156,10 +157,10 @@ fn remedy(id: &str) -> &'static str {
 /// What keeps the metal from being decided about.
 fn doubts(grown: &Grown, plan: &SurfacePlan, settings: &Settings) -> Vec<Doubt> {
     let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
-    let room = (grown.fine.beside > 0.0 || grown.coarse.beside > 0.0).then(|| Doubt {
+    let room = (grown.fine.laid.beside > 0.0 || grown.coarse.laid.beside > 0.0).then(|| Doubt {
         reason: format!(
             "{:.1} mm³ of metal found no room in memory",
-            grown.fine.beside.max(grown.coarse.beside)
+            grown.fine.laid.beside.max(grown.coarse.laid.beside)
         ),
         remedy:
             "lay fewer passes (layers.count), or a part of the surface at a time (surface.faces)"
@@ -207,7 +208,8 @@ pub(super) fn facts(
     commands: &Commands,
     settings: &Settings,
 ) -> Vec<Fact> {
-    let laid = &grown.fine;
+    let metal = &grown.fine;
+    let laid = &metal.laid;
     let held = laid.voxels.volume() - grown.ground;
     let words = format!(
         "voxels of {:.2} mm hold {held:.1} of {:.1} mm³ fed; {:.1} mm³ lie over places without metal within reach",
@@ -219,7 +221,7 @@ pub(super) fn facts(
         Measure::exact(1e-3 * laid.volume, "cm³"),
         &words,
     );
-    let layers = outcomes(laid, commands, settings, plan);
+    let layers = outcomes(metal, commands, settings, plan);
     let distances = laid.path.iter().map(|p| p.ctwd).collect();
     let tube = tube::distribution(&layers, distances);
     std::iter::once(balance).chain(tube).collect()

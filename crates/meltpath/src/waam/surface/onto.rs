@@ -10,6 +10,7 @@ use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 
 use super::Asked;
 use super::plan::{OntoMeshes, SurfacePlan};
+use super::pores::Solid;
 use crate::waam::deposit::target::{SurfacePoint, lattice};
 use crate::waam::judge::GrowthError;
 use crate::waam::settings::Settings;
@@ -76,13 +77,14 @@ pub(super) fn part_checks(
         body: filled(&meshes.body)?,
         near: Distance::new(&meshes.body),
     };
+    let solid = Solid::new(built);
     let far = |p: DVec3| {
         wanted
             .near
             .foot(p)
             .map_or((0.0, DVec3::ZERO), |f| (f.distance, f.outward))
     };
-    let [added, lack, low] = wanted.lacking(built, |height| growth.at(height));
+    let [added, lack, low] = wanted.lacking(&solid, |height| growth.at(height));
     let share = |volume: f64| 100.0 * volume / added.max(f64::MIN_POSITIVE);
     let lack = Check::judge(
         "lack",
@@ -96,7 +98,7 @@ pub(super) fn part_checks(
     let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
     let reach = (REACH.0 * settings.allowance).max(REACH.1);
     let found: Vec<(f64, SurfacePoint)> = free
-        .map(|p| (stock(built, &p, far(p.position).1, reach), p))
+        .map(|p| (stock(&solid, &p, far(p.position).1, reach), p))
         .collect();
     let thinnest = found.iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let mut checks = vec![lack];
@@ -142,7 +144,8 @@ struct Wanted {
 impl Wanted {
     /// Volumes, mm³: what the part adds to the body, what of it lacks, and what would lack if the metal at each height over the body were
     /// lower by what `off` tells of the height.
-    fn lacking(&self, built: &Voxels, off: impl Fn(f64) -> f64 + Sync) -> [f64; 3] {
+    fn lacking(&self, solid: &Solid<'_>, off: impl Fn(f64) -> f64 + Sync) -> [f64; 3] {
+        let built = solid.metal;
         let (low, high) = built.bounds();
         let cell = built.cell();
         let count = ((high - low) / cell).round().to_array().map(|n| n as u64);
@@ -160,7 +163,7 @@ impl Wanted {
                 let growing = foot.outward;
                 let bare = |at: DVec3| {
                     let there = built.sample(at).max(body);
-                    if closed(built, at, growing) {
+                    if solid.closed(at, growing) {
                         0.0
                     } else {
                         (part - there).max(0.0)
@@ -178,21 +181,10 @@ impl Wanted {
     }
 }
 
-/// Whether there is metal at a place, or a pore no wider along the growth than two voxels: those are of the voxels, which layers of
-/// another direction do not fill to the brim. Pores between beads are no more in the model than on flat layers.
-fn closed(built: &Voxels, p: DVec3, growing: DVec3) -> bool {
-    let solid = |p: DVec3| built.sample(p) >= 0.5;
-    let beside = |sense: f64| {
-        let step = sense * built.cell() * growing;
-        solid(p + step) || solid(p + 2.0 * step)
-    };
-    solid(p) || (beside(1.0) && beside(-1.0))
-}
-
 /// Metal over a point of the part's surface along its normal, mm; below zero where it is missing.
-fn stock(built: &Voxels, point: &SurfacePoint, growing: DVec3, reach: f64) -> f64 {
-    let step = 0.25 * built.cell();
-    let solid = |p: DVec3| closed(built, p, growing);
+fn stock(built: &Solid<'_>, point: &SurfacePoint, growing: DVec3, reach: f64) -> f64 {
+    let step = 0.25 * built.metal.cell();
+    let solid = |p: DVec3| built.closed(p, growing);
     let bare = !solid(point.position);
     let direction = if bare { -point.normal } else { point.normal };
     let mut far = 0.0;

@@ -19,7 +19,7 @@ use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
 use crate::waam::plan::heights::{grown, over_faces};
-use crate::waam::plan::profile;
+use crate::waam::plan::{ROUNDED_OFF, profile};
 use crate::waam::settings::Settings;
 
 /// Layers that are not flat: a wall along a surface, or filled layers on a body.
@@ -192,6 +192,7 @@ pub fn plan_layers(
             fill: &settings.fill,
             side: settings.allowance,
             over: over.value,
+            inside: ROUNDED_OFF * settings.bead.width.value,
             chord_error: settings.chord_error,
             count: settings.count,
         };

@@ -5,6 +5,7 @@ use meltpath_base::{Observer, Reporter, Verdict};
 use meltpath_report::html::Report;
 
 use super::Asked;
+use super::ground::standing;
 use super::plan::SurfacePlan;
 use super::wall::{Placed, placed, wall};
 use crate::outcome::{self, Examined, Outcome};
@@ -43,7 +44,9 @@ pub(in crate::waam) fn run(
         provenance,
     };
     let way = (&wall.film, &wall.summary.commands[..]);
-    views::waam::cell::show(&folder, &mut report, settings, way, &wall.commands)?;
+    let body = standing(&wall.plan);
+    let laid = (&wall.commands, body.as_ref());
+    views::waam::cell::show(&folder, &mut report, settings, way, laid)?;
     outcome::tell(&folder, &report)?;
     let built = (wall.name.as_str(), &wall.mesh);
     loaded.keep(&folder, (&wall.plan.toolpath, built), &wall.files)?;

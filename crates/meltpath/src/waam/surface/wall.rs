@@ -9,8 +9,9 @@ use meltpath_programs::TextFile;
 use meltpath_robot::Summary;
 use meltpath_robot::collision::Metal;
 
+use super::ground::standing;
 use super::grow::{Grown, drive};
-use super::plan::{Ground, OntoMeshes, SurfacePlan, plan_layers, plan_wall};
+use super::plan::{OntoMeshes, SurfacePlan, plan_layers, plan_wall};
 use super::{Asked, Shape, WallAsked, judge, metal};
 use crate::stages::onto::{self, Onto};
 use crate::stages::sheet::{self, Sheet};
@@ -208,11 +209,8 @@ fn columns(plan: &SurfacePlan, settings: &Settings) -> Result<Vec<(u32, Metal)>,
         pairs.map(|pair| (p.number, [top(&pair[0]), top(&pair[1])]))
     });
     // what is there before the first layer
-    let body = match &plan.ground {
-        Ground::Body(meshes) => lattice(&meshes.body, columns::COLUMN),
-        Ground::Base(_) => Vec::new(),
-    };
-    let body = body.iter().map(|p| (0, [p.position; 2]));
+    let body = standing(plan).map(|body| lattice(&body, columns::COLUMN));
+    let body = body.iter().flatten().map(|p| (0, [p.position; 2]));
     let pairs: Vec<(u32, [DVec3; 2])> = body.chain(beads).collect();
     Ok(columns::columns(&pairs, (half, 0.0))?)
 }
