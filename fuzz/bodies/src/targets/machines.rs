@@ -202,8 +202,8 @@ pub(super) const MOTOR: Target = text(
         with_text(bytes, |text| {
             let head = head();
             let mut axis = head.mirrors[0].motor().unwrap().clone();
-            if let Ok(motor) = parse_motor(text, &axis.motor) {
-                axis.motor = motor;
+            if let Ok(told) = parse_motor(text, &axis.motor) {
+                axis.motor = told.motor;
                 let _ = axis.check_stable(head.period);
             }
         });
