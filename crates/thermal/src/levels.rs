@@ -10,6 +10,7 @@
 
 mod around;
 mod bell;
+mod beneath;
 mod conduct;
 mod cool;
 mod cut;

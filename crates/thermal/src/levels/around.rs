@@ -1,7 +1,8 @@
 //! What lies beside, under and over a tile that takes a step: on its own level, a coarser or a finer one, quicker or slower.
 
 use super::Level;
-use super::conduct::{First, Side, Under};
+use super::beneath::Under;
+use super::conduct::{First, Side};
 use super::pace::Rate;
 use super::tile::{Class, SIDES, Shown, Tile};
 use super::tree::{Tree, parts};

@@ -1,6 +1,7 @@
 //! One explicit step of conduction in a tile, with what lies beside it on its own level, a coarser or a finer one.
 
-use super::tile::{Cells, N, PLANE, Shown, Tile};
+use super::beneath::{Under, look_beneath};
+use super::tile::{Beneath, Cells, N, PLANE, Shown, Tile};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 
@@ -25,17 +26,6 @@ pub(crate) enum Side<'a> {
     Coarser(&'a Shown, usize),
     /// What two finer tiles gave during this step.
     Finer([Option<&'a [f32]>; 2]),
-}
-
-/// What lies under the lowest plane of a tile.
-#[derive(Clone, Copy)]
-pub(crate) enum Under<'a> {
-    /// Nothing flows: the lower face of all, or a trunk that sleeps.
-    Closed,
-    /// The lower face of all, held at this `θ`.
-    Held(f32),
-    /// Of the trunk on the next coarser level which quarter, by column and row.
-    Trunk(&'a Shown, [usize; 2]),
 }
 
 /// Coefficients of a plane for a time step.
@@ -84,8 +74,12 @@ impl CellLoop for Conduct<'_> {
     }
 }
 
-/// The first cells of a row; a function of the library would be called for each.
+/// The first cells of a row.
 #[inline(always)]
+#[expect(
+    clippy::manual_memcpy,
+    reason = "the library's function is called in place of one move of a register"
+)]
 fn copy(to: &mut [f32], from: &[f32]) {
     let (to, from) = (&mut to[..N], &from[..N]);
     for i in 0..N {
@@ -156,6 +150,10 @@ fn put(padded: &mut [f32; GHOSTED], side: usize, values: &[f32; N]) {
 
 /// What a coarser neighbour has before the middles of the fine cells of a side, straight between its cells.
 #[inline(always)]
+#[expect(
+    clippy::manual_memcpy,
+    reason = "the library's function is called in place of one move of a register"
+)]
 fn between(coarse: &[f32; N], half: usize) -> [f32; N] {
     // one cell beyond each end of the half, at the ends of the side the last one again
     let from = half * (N / 2);
@@ -239,75 +237,6 @@ fn pad_share(padded: &mut [f32; GHOSTED], own: &Shown, sides: &[Side; 4], k: usi
     }
 }
 
-/// What lies under the cells of the lowest plane: `θ`, and shares of the dense conductivity.
-#[derive(Debug, Clone)]
-pub(crate) struct Beneath {
-    theta: [f32; PLANE],
-    share: [f32; PLANE],
-    dense: bool,
-}
-
-/// A quarter of the slope along a row, from cell to cell.
-#[inline(always)]
-fn onwards(row: &[f32]) -> [f32; N] {
-    let mut out = [0.0; N];
-    for n in 1..N - 1 {
-        out[n] = 0.125 * (row[n + 1] - row[n - 1]);
-    }
-    out[0] = 0.25 * (row[1] - row[0]);
-    out[N - 1] = 0.25 * (row[N - 1] - row[N - 2]);
-    out
-}
-
-impl Default for Beneath {
-    fn default() -> Self {
-        Beneath {
-            theta: [0.0; PLANE],
-            share: [1.0; PLANE],
-            dense: true,
-        }
-    }
-}
-
-/// A quarter of a trunk's highest plane under finer cells: `θ` straight between its cells.
-#[inline(always)]
-fn look_beneath(out: &mut Beneath, under: &Under) {
-    match under {
-        Under::Closed => *out = Beneath::default(),
-        Under::Held(theta) => {
-            *out = Beneath::default();
-            out.theta = [*theta; PLANE];
-        }
-        Under::Trunk(shown, quarter) => {
-            let top = shown.base + shown.dense.len() - 1;
-            let (theta, share) = (shown.theta(top), shown.share(top));
-            out.dense = shown.dense(top);
-            for half in 0..N / 2 {
-                let row = quarter[1] * (N / 2) + half;
-                let (south, north) = (row.saturating_sub(1), (row + 1).min(N - 1));
-                let upwards = 0.25 / (north - south) as f32;
-                let (here, south) = (&theta[row * N..][..N], &theta[south * N..][..N]);
-                let north = &theta[north * N..][..N];
-                let onwards = onwards(here);
-                for n in 0..N / 2 {
-                    let c = quarter[0] * (N / 2) + n;
-                    let (up, on) = (upwards * (north[c] - south[c]), onwards[c]);
-                    let to = 2 * half * N + 2 * n;
-                    out.theta[to] = here[c] - up - on;
-                    out.theta[to + 1] = here[c] - up + on;
-                    out.theta[to + N] = here[c] + up - on;
-                    out.theta[to + N + 1] = here[c] + up + on;
-                }
-                for n in 0..N {
-                    let of = share[row * N + quarter[0] * (N / 2) + n / 2];
-                    out.share[2 * half * N + n] = of;
-                    out.share[(2 * half + 1) * N + n] = of;
-                }
-            }
-        }
-    }
-}
-
 #[inline(always)]
 fn harmonic(a: f32, b: f32) -> f32 {
     (a + a) * b / (a + b)
@@ -330,15 +259,7 @@ fn conduct(step: Conduct) {
     } = step;
     let mut theta = [0.0_f32; GHOSTED];
     let mut share = [1.0_f32; GHOSTED];
-    // what a trunk shows changes when it begins a step
-    let beneath = match tile.beneath.take() {
-        Some(known) if !first.below => known,
-        before => {
-            let mut beneath = before.unwrap_or_default();
-            look_beneath(&mut beneath, &under);
-            beneath
-        }
-    };
+    let beneath = beneath(tile, &under, first.below);
     let (base, end) = (own.base, own.base + own.dense.len());
     let mut left = 0.0_f64;
     for k in base..end {
@@ -419,6 +340,19 @@ fn conduct(step: Conduct) {
     }
     tile.beneath = Some(beneath);
     tile.lost.conducted += left;
+}
+
+/// What lies under a tile: what a trunk shows changes when it begins a step, else it is known.
+#[inline(always)]
+fn beneath(tile: &mut Tile, under: &Under, first: bool) -> Box<Beneath> {
+    match tile.beneath.take() {
+        Some(known) if !first => known,
+        before => {
+            let mut beneath = before.unwrap_or_default();
+            look_beneath(&mut beneath, under);
+            beneath
+        }
+    }
 }
 
 /// What the cells of the lowest plane give downwards, J/mm³.

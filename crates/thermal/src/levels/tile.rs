@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::conduct::Beneath;
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
@@ -82,6 +81,24 @@ pub(crate) struct Shown {
     /// The beam reaches it before the tiles are looked at again, or temperatures are told there: it takes short steps.
     pub(crate) lit: bool,
     pub(crate) class: Class,
+}
+
+/// What lies under the cells of the lowest plane: `θ`, and shares of the dense conductivity.
+#[derive(Debug, Clone)]
+pub(crate) struct Beneath {
+    pub(crate) theta: [f32; PLANE],
+    pub(crate) share: [f32; PLANE],
+    pub(crate) dense: bool,
+}
+
+impl Default for Beneath {
+    fn default() -> Self {
+        Beneath {
+            theta: [0.0; PLANE],
+            share: [1.0; PLANE],
+            dense: true,
+        }
+    }
 }
 
 /// Which of the two steps of its level a tile takes.
