@@ -40,7 +40,8 @@ pub(crate) fn with_corners(line: &[DVec2], region: &Region, settings: &FillSetti
         if ahead
             && corner.distance(line[a1]) <= 2.0 * settings.width
             && contains(std::slice::from_ref(region), corner)
-            && clearance(region, corner) >= CLEARANCE * settings.width
+            && is_roomy(region, line[a1], corner, settings)
+            && is_roomy(region, corner, line[b0], settings)
         {
             out.extend_from_slice(&line[at..=a1]);
             out.push(corner);
@@ -49,6 +50,13 @@ pub(crate) fn with_corners(line: &[DVec2], region: &Region, settings: &FillSetti
     }
     out.extend_from_slice(&line[at..]);
     out
+}
+
+/// Whether a bead has room on the straight way between two points: where a bend is narrow, the way to its corner cuts it short.
+fn is_roomy(region: &Region, a: DVec2, b: DVec2, settings: &FillSettings) -> bool {
+    let n = (a.distance(b) / (0.1 * settings.width)).ceil().max(1.0) as usize;
+    let least = CLEARANCE * settings.width - settings.tolerance;
+    (0..=n).all(|i| clearance(region, a.lerp(b, i as f64 / n as f64)) >= least)
 }
 
 /// Index ranges of the stretches straight over at least half a bead width.
