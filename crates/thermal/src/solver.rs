@@ -21,7 +21,7 @@ use crate::numeric::real::Real;
 use crate::solver::block::{Beyond, Block, Shape};
 use crate::solver::ledger::Ledger;
 use crate::solver::source::Spot;
-use crate::solver::surface::{Losses, Surface};
+use crate::solver::surface::{BuildPlane, Losses, Surface};
 
 /// What lets rows sleep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -342,14 +342,16 @@ impl<R: Real> Solver<R> {
         let nx = block.shape.cells[0];
         for rows in &block.awake {
             let cells = top * plane + rows.start * nx..top * plane + rows.end * nx;
-            let own = [
-                &mut block.enthalpy[cells.clone()],
-                &mut block.density[cells],
-            ];
-            let sizes = [dt, height, area];
-            let (formulas, level) = (&block.formulas, block.level);
-            self.losses
-                .take(formulas, level, sizes, own, &mut self.ledger);
+            let plane = BuildPlane {
+                formulas: &block.formulas,
+                level: block.level,
+                passed: dt,
+                height,
+                area,
+                enthalpy: &mut block.enthalpy[cells.clone()],
+                density: &mut block.density[cells],
+            };
+            self.losses.take(plane, &mut self.ledger);
         }
     }
 

@@ -9,7 +9,7 @@ use meltpath_base::{Cancelled, Observer};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector;
 use crate::solver::ledger::Ledger;
-use crate::solver::surface::Losses;
+use crate::solver::surface::{BuildPlane, Losses};
 
 /// Coefficient of ROS2 that damps whatever is quicker than the step: `1 − 1/√2`.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -109,12 +109,18 @@ impl Block {
         }
         let [nx, ny, nz] = self.cells;
         let top = (nz - 1) * nx * ny;
-        let sizes = [step, self.heights[nz - 1], self.edge * self.edge];
         let before = &self.enthalpy[top..];
         let (mut after, mut density) = (before.to_vec(), self.density[top..].to_vec());
-        let cells = [after.as_mut_slice(), density.as_mut_slice()];
-        laws.losses
-            .take(laws.formulas, laws.register, sizes, cells, ledger);
+        let plane = BuildPlane {
+            formulas: laws.formulas,
+            level: laws.register,
+            passed: step,
+            height: self.heights[nz - 1],
+            area: self.edge * self.edge,
+            enthalpy: &mut after,
+            density: &mut density,
+        };
+        laws.losses.take(plane, ledger);
         let cells = before.iter().zip(&after).zip(&self.density[top..]);
         cells.map(|((g, h), r)| r * (g - h) / step).collect()
     }

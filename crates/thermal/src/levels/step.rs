@@ -11,6 +11,7 @@ use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::Face;
 use crate::solver::source::Spot;
+use crate::solver::surface::BuildPlane;
 
 /// Tiles below which one thread is faster than handing work to others.
 const WORTH_SHARING: usize = 24;
@@ -140,12 +141,21 @@ impl Levels {
                 first: around.first(at, tile.base),
                 tile: &mut *tile,
             });
-            if let Some(([g, r], lost)) = tile.top(planes.len()) {
+            if let Some(([enthalpy, density], lost)) = tile.top(planes.len()) {
+                let mut plane = BuildPlane {
+                    formulas: f,
+                    level: register,
+                    passed: radiated,
+                    height,
+                    area: edge * edge,
+                    enthalpy,
+                    density,
+                };
                 if radiates {
-                    let sizes = [radiated, height, edge * edge];
-                    losses.radiate(f, register, sizes, [&mut *g, &mut *r], lost);
+                    losses.radiate(&mut plane, lost);
                 }
-                losses.evaporate(f, register, [step, height, edge * edge], [g, r], lost);
+                plane.passed = step;
+                losses.evaporate(&mut plane, lost);
             }
         };
         let awake = || {

@@ -51,6 +51,21 @@ struct Steam<R> {
     mass: Vec<[f64; Evaporation::MOST]>,
 }
 
+/// Cells of the highest plane that lose heat during a step.
+pub(crate) struct BuildPlane<'a, R> {
+    pub(crate) formulas: &'a Formulas<R>,
+    pub(crate) level: Level,
+    /// The step, s.
+    pub(crate) passed: f64,
+    /// Of the cells, mm.
+    pub(crate) height: f64,
+    /// Of a cell, mm².
+    pub(crate) area: f64,
+    /// J/mm³ of dense metal.
+    pub(crate) enthalpy: &'a mut [R],
+    pub(crate) density: &'a mut [R],
+}
+
 impl<R: Real> Losses<R> {
     pub(crate) fn new(surface: &Surface, material: &Material, curve: &Enthalpy) -> Self {
         let (surroundings, ambient, none) = match *surface {
@@ -80,64 +95,42 @@ impl<R: Real> Losses<R> {
         }
     }
 
-    /// Takes what the top plane, of cells `height` mm high over `area` mm², radiates and evaporates during `dt` from its cells, and
-    /// writes it down.
-    pub(crate) fn take(
-        &self,
-        f: &Formulas<R>,
-        level: Level,
-        sizes: [f64; 3],
-        [enthalpy, density]: [&mut [R]; 2],
-        ledger: &mut Ledger,
-    ) {
-        self.radiate(f, level, sizes, [enthalpy, density], ledger);
-        self.evaporate(f, level, sizes, [enthalpy, density], ledger);
+    /// Takes what the build plane radiates and evaporates, and writes it down.
+    pub(crate) fn take(&self, mut plane: BuildPlane<'_, R>, ledger: &mut Ledger) {
+        self.radiate(&mut plane, ledger);
+        self.evaporate(&mut plane, ledger);
     }
 
     /// Takes what it radiates.
-    pub(crate) fn radiate(
-        &self,
-        f: &Formulas<R>,
-        level: Level,
-        [dt, height, area]: [f64; 3],
-        [enthalpy, density]: [&mut [R]; 2],
-        ledger: &mut Ledger,
-    ) {
+    pub(crate) fn radiate(&self, plane: &mut BuildPlane<'_, R>, ledger: &mut Ledger) {
         let mut radiated = 0.0;
-        level.run(Radiate {
+        plane.level.run(Radiate {
             losses: self,
-            formulas: f,
-            share: R::of(dt / height),
-            enthalpy,
-            density,
+            formulas: plane.formulas,
+            share: R::of(plane.passed / plane.height),
+            enthalpy: plane.enthalpy,
+            density: plane.density,
             radiated: &mut radiated,
         });
-        ledger.radiated += radiated * area * height;
+        ledger.radiated += radiated * plane.area * plane.height;
     }
 
     /// Takes what evaporates.
-    pub(crate) fn evaporate(
-        &self,
-        f: &Formulas<R>,
-        level: Level,
-        [dt, height, area]: [f64; 3],
-        [enthalpy, density]: [&mut [R]; 2],
-        ledger: &mut Ledger,
-    ) {
+    pub(crate) fn evaporate(&self, plane: &mut BuildPlane<'_, R>, ledger: &mut Ledger) {
         let Some(steam) = &self.steam else {
             return;
         };
-        let volume = area * height;
         let (mut evaporated, mut vapour) = (0.0, [0.0; Evaporation::MOST]);
-        level.run(Evaporate {
+        plane.level.run(Evaporate {
             steam,
-            formulas: f,
-            share: R::of(dt / height),
-            enthalpy,
-            density,
+            formulas: plane.formulas,
+            share: R::of(plane.passed / plane.height),
+            enthalpy: plane.enthalpy,
+            density: plane.density,
             evaporated: &mut evaporated,
             vapour: &mut vapour,
         });
+        let volume = plane.area * plane.height;
         ledger.evaporated += evaporated * volume;
         for (sum, mass) in ledger.vapour.iter_mut().zip(vapour) {
             *sum += mass * volume;
