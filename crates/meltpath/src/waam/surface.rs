@@ -1,7 +1,7 @@
 //! Layers that are not flat: a wall one bead thick along a surface in space, or layers that follow a body. What a job asks, the plan,
 //! its metal, its checks, and the run from part to program.
 
-mod flat;
+mod flatness;
 pub(crate) mod ground;
 pub(crate) mod grow;
 mod judge;

@@ -10,7 +10,7 @@ use meltpath_robot::Summary;
 use meltpath_robot::interpolation::joints::simulate;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
-use super::flat;
+use super::flatness;
 use super::ground::solid;
 use super::plan::{Ground, SurfacePlan};
 use crate::waam::deposit::simulate::SimulateError;
@@ -134,7 +134,7 @@ fn laying<'a>(
     let reach = settings.deposit.nominal_ctwd;
     let whole = move |number: u32, voxels: &Voxels| {
         let layer = plan.layers.iter().find(|l| l.number == number);
-        let found = layer.and_then(|l| flat::flatness(voxels, l, reach));
+        let found = layer.and_then(|l| flatness::flatness(voxels, l, reach));
         flatness.extend(found.map(|f| (number, f)));
     };
     let new = Laying::new(ground, settings.bead_model, settings.pool, settings.deposit)?;
