@@ -5,6 +5,7 @@ pub mod arc;
 pub mod boolean;
 pub mod brep;
 mod bvh;
+pub mod cover;
 pub mod diagnosis;
 pub mod distance;
 pub mod fit;

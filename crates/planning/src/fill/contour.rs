@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use meltpath_geometry::Ring;
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::{Region, Ring};
 
-use crate::fill::outline::{nearest_share, way_inside};
+use crate::fill::outline::{Room, nearest_share};
 use crate::fill::rings::{Contour, families};
 use crate::fill::settings::{CORNER, ContourOrder, FillSettings, LayerDirection, StartPoints};
 
@@ -130,7 +130,7 @@ pub(crate) fn aligned_family(
 /// The beads of nested contours: each family in one bead where the links between its turns stay inside `links`.
 pub(crate) fn contour_beads(
     contours: &[Contour],
-    links: &[Region],
+    links: &Room,
     order: ContourOrder,
     layer: u32,
     settings: &FillSettings,
@@ -146,7 +146,7 @@ pub(crate) fn contour_beads(
         for turn in turns {
             if let (Some(&end), Some(&start)) = (bead.last(), turn.first())
                 && (end.distance(start) > settings.longest_link
-                    || !way_inside(links, end, start, 0.2 * settings.width))
+                    || !links.has_way(end, start, 0.2 * settings.width))
             {
                 family_beads.push(std::mem::take(&mut bead));
             }
@@ -164,6 +164,7 @@ pub(crate) fn contour_beads(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meltpath_geometry::Region;
 
     fn square(low: f64, high: f64) -> Ring {
         [[low, low], [high, low], [high, high], [low, high]]
@@ -208,7 +209,14 @@ mod tests {
                 outer: square(-1.0, 11.0),
                 holes,
             };
-            contour_beads(&contours, &[links], ContourOrder::OutsideIn, 1, &settings).len()
+            contour_beads(
+                &contours,
+                &Room::new(&[links]),
+                ContourOrder::OutsideIn,
+                1,
+                &settings,
+            )
+            .len()
         };
         let mut hole = square(0.08, 0.15);
         hole.reverse();

@@ -1,8 +1,8 @@
 //! What the beads of a layer cover of each region, and where they do not.
 
-use meltpath_geometry::boolean::{PlanarError, difference};
+use meltpath_geometry::boolean::PlanarError;
+use meltpath_geometry::cover::{Cover, cover};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_geometry::offset::stroke;
 use meltpath_geometry::{Plane, Region};
 use serde::{Deserialize, Serialize};
 
@@ -50,13 +50,13 @@ pub(crate) fn coverage(
     settings: &FillSettings,
 ) -> Result<Coverage, PlanarError> {
     let whole = std::slice::from_ref(region);
-    // the plan's own tolerance is no gap
-    let reach = 0.5 * settings.width + settings.tolerance;
-    let metal = stroke(beads, reach, 2e-3 * settings.width)?;
-    let lack = difference(whole, &metal)?;
-    let lack_area = area(&lack);
-    let outside_area = area(&difference(&metal, whole)?);
+    let Cover {
+        bare: lack,
+        beyond: outside_area,
+    } = cover(whole, beads, settings.metal())?;
     let total = region.area();
+    // corners fall on the grid of the booleans: no more is bare than there is
+    let lack_area = area(&lack).min(total);
     let least = 0.02 * settings.width * settings.width;
     let mut gaps: Vec<Gap> = lack
         .iter()

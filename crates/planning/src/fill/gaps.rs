@@ -4,15 +4,16 @@
 //! becomes a way there and back of the bead beside it.
 
 use meltpath_geometry::Region;
-use meltpath_geometry::boolean::{PlanarError, difference};
+use meltpath_geometry::boolean::PlanarError;
+use meltpath_geometry::cover::{Band, bare};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::medial_axis;
-use meltpath_geometry::offset::{inset, outset, stroke};
+use meltpath_geometry::offset::{Join, inset, outset};
 use meltpath_toolpath::Role;
 
 use crate::fill::bead::Bead;
 use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
-use crate::fill::outline::{contains, length, nearest_share, ray, way_inside};
+use crate::fill::outline::{Room, length, nearest_share, ray};
 use crate::fill::settings::{FillSettings, Spacing};
 use crate::fill::thin::LARGEST_TURN;
 
@@ -38,66 +39,75 @@ pub(crate) fn close(
     let (width, stepover, join) = (settings.width, settings.stepover, settings.join());
     // a free edge is fed by the bead half a width inside it
     let fed_to = inset(whole, 0.5 * (width - stepover), join)?;
-    let links = inset(whole, 0.48 * width, join)?;
+    let links = Room::new(&inset(whole, 0.48 * width, join)?);
     let radius = 0.5
         * match settings.spacing {
             Spacing::Fill => NARROWEST * stepover,
             // distances stay as written, but no place stays dry in which a bead has room
             Spacing::Exact => width,
         };
+    let fed = Band {
+        reach: 0.5 * stepover,
+        arc_tolerance: 1e-2 * width,
+        disc: radius,
+    };
+    // discs of few chords: the middle of a place hangs little on them, and a diagram of many costs much
+    let coarse = Join::Round {
+        arc_tolerance: 0.05 * radius,
+    };
+    let mut new: Vec<Vec<DVec2>> = beads.iter().map(|b| b.points.clone()).collect();
+    let mut dry = fed_to;
     for _ in 0..ROUNDS {
-        let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
-        let fed = stroke(&lines, 0.5 * stepover, 2e-3 * width)?;
-        let dry = difference(&fed_to, &fed)?;
-        let places = outset(&inset(&dry, radius, join)?, radius, join)?;
-        let mut found: Vec<Vec<DVec2>> = Vec::new();
-        for place in &places {
-            found.extend(middle(place, &links, settings));
-        }
-        let before = beads.len();
-        let mut tails = 0;
+        dry = bare(&dry, &new, fed)?;
+        let places = outset(&inset(&dry, radius, coarse)?, radius, coarse)?;
+        let mut found: Vec<Middle> = places
+            .iter()
+            .filter_map(|place| middle(place, &links, settings))
+            .collect();
+        let before: Vec<usize> = beads.iter().map(|b| b.points.len()).collect();
         // the longest first: it has the best claim to a bead's open end
-        found.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        found.sort_by(|a, b| length(&b.line).total_cmp(&length(&a.line)));
         let mut alone = Vec::new();
-        for line in found {
-            match prolong(line, beads, &links, settings) {
-                None => tails += 1,
-                Some(line) => alone.push(line),
-            }
+        for Middle { line, area } in found {
+            let line = prolong(line, beads, &links, settings);
+            alone.extend(line.map(|line| Middle { line, area }));
         }
         let short: Vec<_> = alone
-            .extract_if(.., |line| length(line) + 1e-9 < settings.shortest_bead)
+            .extract_if(.., |m| length(&m.line) + 1e-9 < settings.shortest_bead)
             .collect();
-        lay_in_order(alone, beads, settings);
-        for line in short {
-            tails += usize::from(detour(&line, &places, beads, &links, settings));
+        lay_in_order(alone.into_iter().map(|m| m.line).collect(), beads, settings);
+        for gap in short {
+            detour(&gap, beads, &links, settings);
         }
-        if beads.len() == before && tails == 0 {
+        let grown = beads.iter().zip(before.iter().chain(std::iter::repeat(&0)));
+        new = grown
+            .filter(|(bead, before)| bead.points.len() != **before)
+            .map(|(bead, _)| bead.points.clone())
+            .collect();
+        if new.is_empty() {
             break;
         }
     }
     Ok(())
 }
 
-/// Leads the nearest bead along `line` and back, or towards its middle and back, as far as the metal of both ways has room
-/// in the gap; whether one does.
-fn detour(
-    line: &[DVec2],
-    places: &[Region],
-    beads: &mut [Bead],
-    links: &[Region],
-    settings: &FillSettings,
-) -> bool {
-    let area = places
-        .iter()
-        .find(|p| line.iter().any(|&q| contains(std::slice::from_ref(*p), q)))
-        .map_or(0.0, Region::area);
+/// The bead that would fill a gap.
+struct Middle {
+    line: Vec<DVec2>,
+    /// Area of the gap, mm².
+    area: f64,
+}
+
+/// Leads the nearest bead along the line and back, or towards its middle and back, as far as the metal of both ways has
+/// room in the gap; whether one does.
+fn detour(gap: &Middle, beads: &mut [Bead], links: &Room, settings: &FillSettings) -> bool {
+    let &Middle { ref line, area } = gap;
     let fastest = settings.paces.map_or(1.0, |p| p.fastest);
     // there and back
     let longest = fastest * area / (2.0 * LEAST_DETOUR * settings.stepover);
     let back: Vec<DVec2> = line.iter().rev().copied().collect();
     let middle = middle_of(line);
-    [line, &back, &middle].iter().any(|way| {
+    [line.as_slice(), &back, &middle].iter().any(|way| {
         let Some((i, k, foot)) = nearest(way, beads) else {
             return false;
         };
@@ -108,7 +118,7 @@ fn detour(
         let long = length(&out);
         if long > longest + 1e-9
             || long < SHORTEST_TAIL * settings.width
-            || !way_inside(links, foot, out[1], 0.2 * settings.width)
+            || !links.has_way(foot, out[1], 0.2 * settings.width)
         {
             return false;
         }
@@ -153,7 +163,7 @@ fn nearest(way: &[DVec2], beads: &[Bead]) -> Option<(usize, usize, DVec2)> {
 }
 
 /// The bead that fills a gap, if its metal has room there.
-fn middle(place: &Region, links: &[Region], settings: &FillSettings) -> Option<Vec<DVec2>> {
+fn middle(place: &Region, links: &Room, settings: &FillSettings) -> Option<Middle> {
     let stepover = settings.stepover;
     let axis = medial_axis(place, 0.125 * settings.width).ok()?;
     let skeleton = Skeleton::new(axis);
@@ -164,25 +174,24 @@ fn middle(place: &Region, links: &[Region], settings: &FillSettings) -> Option<V
         .max_by(|a, b| length(a).total_cmp(&length(b)))?;
     let line = longest_inside(&line, links, settings);
     let long = length(line);
-    let room = place.area() / (stepover * long.max(1e-9));
-    (line.len() > 1 && room >= settings.least_share()).then(|| line.to_vec())
+    let area = place.area();
+    let room = area / (stepover * long.max(1e-9));
+    (line.len() > 1 && room >= settings.least_share()).then(|| Middle {
+        line: line.to_vec(),
+        area,
+    })
 }
 
 /// The longest stretch of a line that stays where bead axes may lie: an end may lead into a corner beside the region.
-fn longest_inside<'a>(line: &'a [DVec2], links: &[Region], settings: &FillSettings) -> &'a [DVec2] {
-    let stays = |a: &DVec2, b: &DVec2| way_inside(links, *a, *b, 0.25 * settings.width);
+fn longest_inside<'a>(line: &'a [DVec2], links: &Room, settings: &FillSettings) -> &'a [DVec2] {
+    let stays = |a: &DVec2, b: &DVec2| links.has_way(*a, *b, 0.25 * settings.width);
     let stretches = line.chunk_by(stays);
     let longest = stretches.max_by(|a, b| length(a).total_cmp(&length(b)));
     longest.unwrap_or_default()
 }
 
 /// The line of a chain, prolonged to where the gap ends: half a stepover before the beads there.
-fn to_the_ends(
-    chain: &Chain,
-    place: &Region,
-    links: &[Region],
-    settings: &FillSettings,
-) -> Vec<DVec2> {
+fn to_the_ends(chain: &Chain, place: &Region, links: &Room, settings: &FillSettings) -> Vec<DVec2> {
     let mut line: Vec<DVec2> = chain.nodes.iter().map(|n| n.position).collect();
     for end in [1, 0] {
         let (tip, direction) = outward(chain, end, 0.25 * settings.width);
@@ -195,7 +204,7 @@ fn to_the_ends(
         line.reverse();
         let shares = [1.0, 0.75, 0.5, 0.25];
         let further = shares.map(|share| tip + direction * (share * longest));
-        if let Some(&p) = further.iter().find(|&&p| p != tip && contains(links, p)) {
+        if let Some(&p) = further.iter().find(|&&p| p != tip && links.contains(p)) {
             line.insert(0, p);
         }
     }
@@ -206,7 +215,7 @@ fn to_the_ends(
 fn prolong(
     line: Vec<DVec2>,
     beads: &mut [Bead],
-    links: &[Region],
+    links: &Room,
     settings: &FillSettings,
 ) -> Option<Vec<DVec2>> {
     let (Some(&a), Some(&b)) = (line.first(), line.last()) else {
@@ -228,7 +237,7 @@ fn prolong(
                 let away = open.distance(near);
                 if away <= settings.longest_link.min(1.5 * settings.width)
                     && best.is_none_or(|b| away < b.0)
-                    && way_inside(links, open, near, 0.2 * settings.width)
+                    && links.has_way(open, near, 0.2 * settings.width)
                 {
                     best = Some((away, i, at_end, turned));
                 }
@@ -299,14 +308,17 @@ mod tests {
             tolerance: 0.0,
         }];
         let line = along(11.0, 20.0);
-        let back = prolong(line.clone(), &mut beads, &[], &settings);
+        let back = prolong(line.clone(), &mut beads, &Room::new(&[]), &settings);
         assert_eq!((back, beads[0].points.len()), (Some(line.clone()), 2));
         let corners = [[-5.0, -5.0], [30.0, -5.0], [30.0, 5.0], [-5.0, 5.0]];
         let links = Region {
             outer: corners.map(DVec2::from_array).to_vec(),
             holes: Vec::new(),
         };
-        assert_eq!(prolong(line, &mut beads, &[links], &settings), None);
+        assert_eq!(
+            prolong(line, &mut beads, &Room::new(&[links]), &settings),
+            None
+        );
         assert_eq!(
             beads[0].points,
             [along(0.0, 10.0), along(11.0, 20.0)].concat()
@@ -322,7 +334,7 @@ mod tests {
             holes: Vec::new(),
         };
         let settings = FillSettings::new(4.0, 3.0);
-        let links = [square([-5.0, -5.0], [30.0, 30.0])];
+        let links = Room::new(&[square([-5.0, -5.0], [30.0, 30.0])]);
         let line = [DVec2::new(10.0, 2.0), DVec2::new(10.0, 6.0)];
         let added = |width: f64| {
             let mut beads = [Bead {
@@ -330,8 +342,11 @@ mod tests {
                 role: Role::Fill,
                 tolerance: 0.0,
             }];
-            let place = square([10.0 - width, 1.0], [10.0 + width, 8.0]);
-            let laid = detour(&line, &[place], &mut beads, &links, &settings);
+            let gap = Middle {
+                line: line.to_vec(),
+                area: 14.0 * width,
+            };
+            let laid = detour(&gap, &mut beads, &links, &settings);
             (laid, length(&beads[0].points) - 20.0)
         };
         // there and back at 3 mm, 0.7 of which must be missing: 1 mm of line is too short, then half of it, then all

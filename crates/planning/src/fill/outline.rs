@@ -9,26 +9,68 @@ pub(crate) fn edges(ring: &Ring) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     ring.iter().zip(next).map(|(&a, &b)| (a, b))
 }
 
+/// Whether the ray from `p` along x crosses the edge from `a` to `b`.
+fn crosses(a: DVec2, b: DVec2, p: DVec2) -> bool {
+    (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+}
+
 /// Whether `p` lies inside any of the regions (even-odd over their rings).
 pub(crate) fn contains(regions: &[Region], p: DVec2) -> bool {
     regions.iter().any(|region| {
         let mut inside = false;
         for ring in region.rings() {
             for (a, b) in edges(ring) {
-                if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-                {
-                    inside = !inside;
-                }
+                inside ^= crosses(a, b, p);
             }
         }
         inside
     })
 }
 
-/// Whether the straight way from `a` to `b` stays inside the regions, seen at points at most `step` mm apart.
-pub(crate) fn way_inside(regions: &[Region], a: DVec2, b: DVec2, step: f64) -> bool {
-    let n = (a.distance(b) / step).ceil().max(1.0) as usize;
-    (0..=n).all(|i| contains(regions, a.lerp(b, i as f64 / n as f64)))
+/// Regions apart from each other, their edges in rows, for many questions.
+pub(crate) struct Room {
+    low: f64,
+    height: f64,
+    rows: Vec<Vec<(DVec2, DVec2)>>,
+}
+
+impl Room {
+    pub(crate) fn new(regions: &[Region]) -> Self {
+        let all = || regions.iter().flat_map(Region::rings).flat_map(edges);
+        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, _)| {
+            (low.min(a.y), high.max(a.y))
+        });
+        let count = all().count().clamp(1, 4096);
+        let height = ((high - low) / count as f64).max(f64::MIN_POSITIVE);
+        let mut room = Room {
+            low,
+            height,
+            rows: vec![Vec::new(); count],
+        };
+        for (a, b) in all() {
+            let (first, last) = (room.row(a.y.min(b.y)), room.row(a.y.max(b.y)));
+            for row in &mut room.rows[first..=last] {
+                row.push((a, b));
+            }
+        }
+        room
+    }
+
+    fn row(&self, y: f64) -> usize {
+        (((y - self.low) / self.height) as usize).min(self.rows.len() - 1)
+    }
+
+    /// Whether `p` lies inside.
+    pub(crate) fn contains(&self, p: DVec2) -> bool {
+        let edges = self.rows[self.row(p.y)].iter();
+        edges.filter(|(a, b)| crosses(*a, *b, p)).count() % 2 == 1
+    }
+
+    /// Whether the straight way from `a` to `b` stays inside, seen at points at most `step` mm apart.
+    pub(crate) fn has_way(&self, a: DVec2, b: DVec2, step: f64) -> bool {
+        let n = (a.distance(b) / step).ceil().max(1.0) as usize;
+        (0..=n).all(|i| self.contains(a.lerp(b, i as f64 / n as f64)))
+    }
 }
 
 /// How far a ray from `p` along the unit vector `u` runs until it meets the boundary.

@@ -57,6 +57,8 @@ pub fn nominal_length(pass: &Pass<'_>, nominal: f64) -> f64 {
 /// A short straight piece of a bead.
 struct Sample {
     pass: usize,
+    /// The straight side that it is a piece of, all as long, counted over the layer.
+    side: usize,
     a: DVec2,
     b: DVec2,
     /// Arc length at `a` and `b`, mm.
@@ -111,6 +113,7 @@ pub(crate) fn adapted(
 
 fn sampled(path: &Layer, plane: &Plane, settings: &FillSettings) -> Vec<Sample> {
     let mut samples = Vec::new();
+    let mut side = 0;
     let turn = DVec2::from_angle(GRID_TURN);
     let step = settings.width / SAMPLES_PER_WIDTH;
     for (i, pass) in path.passes().enumerate() {
@@ -121,12 +124,14 @@ fn sampled(path: &Layer, plane: &Plane, settings: &FillSettings) -> Vec<Sample> 
             let at = |k: usize| k as f64 / n as f64;
             samples.extend((0..n).map(|k| Sample {
                 pass: i,
+                side,
                 a: p.lerp(q, at(k)),
                 b: p.lerp(q, at(k + 1)),
                 from: l[0] + (l[1] - l[0]) * at(k),
                 to: l[0] + (l[1] - l[0]) * at(k + 1),
                 room: 0.0,
             }));
+            side += 1;
         }
     }
     samples
@@ -153,19 +158,28 @@ fn share_out(samples: &mut [Sample], grid: &Grid, fed: &Mask, settings: &FillSet
     let reach = REACH * settings.width;
     let own = FREE_EDGE * settings.width;
     let mut nearest = vec![(f32::INFINITY, u32::MAX); grid.nx * grid.ny];
-    for (i, s) in samples.iter().enumerate() {
-        let index = |x: f64, n: usize| (x / grid.cell).round().clamp(0.0, n as f64 - 1.0) as usize;
-        let low = s.a.min(s.b) - reach - grid.origin;
-        let high = s.a.max(s.b) + reach - grid.origin;
-        for iy in index(low.y, grid.ny)..=index(high.y, grid.ny) {
-            for ix in index(low.x, grid.nx)..=index(high.x, grid.nx) {
-                let p = grid.origin + DVec2::new(ix as f64, iy as f64) * grid.cell;
-                let away = p.distance_squared(s.a.lerp(s.b, nearest_share(p, s.a, s.b))) as f32;
-                let cell = &mut nearest[iy * grid.nx + ix];
-                if away < cell.0 {
-                    *cell = (away, i as u32);
+    let mut first = 0;
+    for straight in samples.chunk_by(|one, next| one.side == next.side) {
+        // long ones in pieces: a box round a slanting line is mostly empty
+        for piece in straight.chunks(2 * SAMPLES_PER_WIDTH as usize) {
+            let (a, b) = (piece[0].a, piece[piece.len() - 1].b);
+            let index =
+                |x: f64, n: usize| (x / grid.cell).round().clamp(0.0, n as f64 - 1.0) as usize;
+            let low = a.min(b) - reach - grid.origin;
+            let high = a.max(b) + reach - grid.origin;
+            for iy in index(low.y, grid.ny)..=index(high.y, grid.ny) {
+                for ix in index(low.x, grid.nx)..=index(high.x, grid.nx) {
+                    let p = grid.origin + DVec2::new(ix as f64, iy as f64) * grid.cell;
+                    let share = nearest_share(p, a, b);
+                    let away = p.distance_squared(a.lerp(b, share)) as f32;
+                    let cell = &mut nearest[iy * grid.nx + ix];
+                    if away < cell.0 {
+                        let of_piece = (share * piece.len() as f64) as usize;
+                        *cell = (away, (first + of_piece.min(piece.len() - 1)) as u32);
+                    }
                 }
             }
+            first += piece.len();
         }
     }
     for iy in 0..grid.ny {

@@ -2,9 +2,10 @@
 
 use meltpath_base::Reporter;
 use meltpath_geometry::Region;
-use meltpath_geometry::boolean::{PlanarError, difference, union};
+use meltpath_geometry::boolean::{PlanarError, union};
+use meltpath_geometry::cover::bare;
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::{inset, stroke};
+use meltpath_geometry::offset::inset;
 use meltpath_toolpath::Role;
 
 use crate::fill::bead::Bead;
@@ -13,7 +14,7 @@ use crate::fill::direction::angle;
 use crate::fill::gaps;
 use crate::fill::layer::FillLayer;
 use crate::fill::lines::Rim;
-use crate::fill::outline::{length, way_inside};
+use crate::fill::outline::{Room, length};
 use crate::fill::raster::raster;
 use crate::fill::rings::{Depth, nest, spacing};
 use crate::fill::settings::{
@@ -38,9 +39,9 @@ fn beads_of(
 }
 
 /// Whether a line stays where bead axes may lie.
-fn stays_inside(room: &[Region], line: &[DVec2], settings: &FillSettings) -> bool {
+fn stays_inside(room: &Room, line: &[DVec2], settings: &FillSettings) -> bool {
     line.windows(2)
-        .all(|w| way_inside(room, w[0], w[1], 0.25 * settings.width))
+        .all(|w| room.has_way(w[0], w[1], 0.25 * settings.width))
 }
 
 /// Half the width up to which a band is filled with contours alone, mm: inside the contours there must be room for zigzag
@@ -94,7 +95,9 @@ fn fill_body(
     beads: &mut Vec<Bead>,
 ) -> Result<(), PlanarError> {
     let whole = std::slice::from_ref(body);
-    let links = |inside: &[Region]| inset(inside, 0.48 * settings.width, settings.join());
+    let links = |inside: &[Region]| {
+        inset(inside, 0.48 * settings.width, settings.join()).map(|room| Room::new(&room))
+    };
     match settings.strategy {
         Strategy::Raster { .. } | Strategy::Zigzag { .. } => {
             beads.extend(parallel_lines(body, layer, settings)?);
@@ -177,7 +180,7 @@ fn fill_body(
                 contours,
                 inside: end_distance(settings.stepover),
                 order: ContourOrder::OutsideIn,
-                links: &[],
+                links: &Room::new(&[]),
             };
             rimmed_lines(body, &around, layer, &lines, beads)?;
         }
@@ -205,7 +208,7 @@ fn parallel_lines(
             contours: 1,
             inside,
             order: ContourOrder::OutsideIn,
-            links: &inset(whole, 0.48 * settings.width, settings.join())?,
+            links: &Room::new(&inset(whole, 0.48 * settings.width, settings.join())?),
         };
         rimmed_lines(body, &around, layer, settings, &mut rimmed)?;
         // each as it will be when its gaps are closed
@@ -226,7 +229,7 @@ struct Around<'a> {
     inside: f64,
     order: ContourOrder,
     /// Where the way from one contour to the next may lead with the source on.
-    links: &'a [Region],
+    links: &'a Room,
 }
 
 /// Contours along the boundary, if any, and inside them, from `inside` of the last on, the parallel lines of the strategy.
@@ -283,9 +286,8 @@ const MOST_BARE: f64 = 0.01;
 /// Area of the bodies under no bead, mm².
 fn lack(bodies: &[Region], beads: &[Bead], settings: &FillSettings) -> Result<f64, PlanarError> {
     let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
-    let reach = 0.5 * settings.width + settings.tolerance;
-    let metal = stroke(&lines, reach, 2e-3 * settings.width)?;
-    Ok(difference(bodies, &metal)?.iter().map(Region::area).sum())
+    let places = bare(bodies, &lines, settings.metal())?;
+    Ok(places.iter().map(Region::area).sum())
 }
 
 /// Beads on centre lines: closed ones start where contours do, and directions follow the layer.

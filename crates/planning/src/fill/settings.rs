@@ -1,5 +1,6 @@
 //! What a layer is filled with: strategy, bead width, spacing, starts and directions, as plain values.
 
+use meltpath_geometry::cover::Band;
 use meltpath_geometry::offset::Join;
 use serde::{Deserialize, Serialize};
 
@@ -317,6 +318,15 @@ impl FillSettings {
     /// repeats and a bead shows, and about the chord error of parts in files of triangles.
     pub(crate) fn facet(&self) -> f64 {
         (0.01 * self.width).max(self.tolerance)
+    }
+
+    /// The metal of beads: each as wide as a single one. The plan's own tolerance is no gap.
+    pub(crate) fn metal(&self) -> Band {
+        Band {
+            reach: 0.5 * self.width + self.tolerance,
+            arc_tolerance: 2e-3 * self.width,
+            disc: 0.0,
+        }
     }
 
     /// Arcs at a quarter of the tolerance, so that fitting has room.

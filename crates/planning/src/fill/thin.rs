@@ -8,7 +8,7 @@ use meltpath_geometry::offset::{inset, outset};
 
 use crate::fill::bend::with_corners;
 use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
-use crate::fill::outline::{clearance, contains, length, ray, without_start};
+use crate::fill::outline::{Room, clearance, contains, length, ray, without_start};
 use crate::fill::settings::{FillSettings, end_distance};
 
 /// Chains that turn by less run on through a junction, rad (75°): walls of a honeycomb meet at 60°.
@@ -77,8 +77,8 @@ pub(crate) fn split(
         }
     }
     loop {
-        let wide_area = outset(&kept, 1e-3 * width, join)?;
-        let chains = skeleton.chains(narrowest, single, &|p| contains(&wide_area, p));
+        let wide_area = Room::new(&outset(&kept, 1e-3 * width, join)?);
+        let chains = skeleton.chains(narrowest, single, &|p| wide_area.contains(p));
         let chains = joined(chains, 0.5 * width, LARGEST_TURN);
         let lines: Vec<Vec<DVec2>> = chains
             .iter()

@@ -1,10 +1,10 @@
 //! Turning points of a zigzag, laid by wire or drawn by a beam (whose hatch is `powder/hatch.rs`): the way from the end of one line to the start of the next, along the boundary or straight.
 
+use meltpath_geometry::Ring;
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::{Region, Ring};
 
 use crate::fill::lines::{Crossing, Span};
-use crate::fill::outline::{length, way_inside};
+use crate::fill::outline::{Room, length};
 use crate::fill::settings::FillSettings;
 
 /// Longest link along the boundary between two lines of a cell, in stepovers.
@@ -16,7 +16,7 @@ pub(crate) fn link(
     from: (&Span, usize),
     to: (&Span, usize),
     rings: &[&Ring],
-    links: &[Region],
+    links: &Room,
     settings: &FillSettings,
 ) -> Option<Vec<DVec2>> {
     let (a, b) = (from.0.point(from.1), to.0.point(to.1));
@@ -42,7 +42,7 @@ pub(crate) fn link(
             return Some(way);
         }
     }
-    (straight <= longest && way_inside(links, a, b, 0.2 * settings.width)).then(Vec::new)
+    (straight <= longest && links.has_way(a, b, 0.2 * settings.width)).then(Vec::new)
 }
 
 /// The vertices of a ring between two crossings, in the ring's sense.

@@ -4,7 +4,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};
 
 use crate::fill::lines::{Rim, Span, cells, spans};
-use crate::fill::outline::{length, turned, way_inside};
+use crate::fill::outline::{Room, length, turned};
 use crate::fill::settings::FillSettings;
 use crate::fill::turning_points::link;
 
@@ -19,7 +19,7 @@ pub(crate) fn zigzag(
     settings: &FillSettings,
 ) -> Vec<Vec<DVec2>> {
     let flat = turned(centres, -angle);
-    let links = turned(links, -angle);
+    let links = Room::new(&turned(links, -angle));
     let rings: Vec<&Ring> = flat.iter().flat_map(Region::rings).collect();
     let mut left: Vec<Vec<Span>> = cells(&spans(&flat, rim, settings));
     let mut beads: Vec<Vec<DVec2>> = Vec::new();
@@ -55,7 +55,7 @@ pub(crate) fn zigzag(
                     && away <= settings.longest_link
                     && next
                         .first()
-                        .is_some_and(|&p| way_inside(&links, end, p, 0.2 * settings.width)) =>
+                        .is_some_and(|&p| links.has_way(end, p, 0.2 * settings.width)) =>
             {
                 last.extend(next);
             }
@@ -86,7 +86,7 @@ fn run(
     cell: &[Span],
     corner: u32,
     rings: &[&Ring],
-    links: &[Region],
+    links: &Room,
     settings: &FillSettings,
 ) -> Vec<Vec<DVec2>> {
     let mut from = (corner & 1) as usize;
