@@ -7,4 +7,5 @@ mod simplify;
 mod slice;
 
 pub use heights::{HeightsError, LastLayer, LayerHeight, LayerSpan, layers};
+pub use simplify::simplified;
 pub use slice::{Slice, SliceError, SlicePlan, slice};

@@ -1,7 +1,8 @@
 //! Merging of collinear contour points within a tolerance, in one pass per ring
 //! (the sector-bound method: Zhao & Saalfeld 1997).
 
-use crate::{math::DVec2, region::Ring};
+use crate::math::DVec2;
+use crate::region::{Region, Ring};
 
 /// Drops repeated points, and points within `tolerance` mm of the straight line between the kept ones.
 ///
@@ -43,6 +44,17 @@ pub(super) fn simplify(ring: &mut Ring, tolerance: f64) {
     if ring.len() < 3 {
         ring.clear();
     }
+}
+
+/// A region with its rings simplified; one that is thinner than the tolerance may cross itself then.
+pub fn simplified(region: &Region, tolerance: f64) -> Region {
+    let mut region = region.clone();
+    simplify(&mut region.outer, tolerance);
+    for hole in &mut region.holes {
+        simplify(hole, tolerance);
+    }
+    region.holes.retain(|hole| !hole.is_empty());
+    region
 }
 
 /// The directions from an anchor that pass within the tolerance of every point since.

@@ -9,6 +9,7 @@ use meltpath_geometry::cover::{Band, bare};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::medial_axis;
 use meltpath_geometry::offset::{Join, inset, outset};
+use meltpath_geometry::section::simplified;
 use meltpath_toolpath::Role;
 
 use crate::fill::bead::Bead;
@@ -46,20 +47,20 @@ pub(crate) fn close(
             // distances stay as written, but no place stays dry in which a bead has room
             Spacing::Exact => width,
         };
-    let fed = Band {
-        reach: 0.5 * stepover,
+    // where a disc has its centre when it touches no metal: no slivers between beads that touch are ever cut out
+    let touched = Band {
+        reach: 0.5 * stepover + radius,
         arc_tolerance: 1e-2 * width,
-        disc: radius,
     };
+    let mut centres = inset(&fed_to, radius, join)?;
     // discs of few chords: the middle of a place hangs little on them, and a diagram of many costs much
     let coarse = Join::Round {
         arc_tolerance: 0.05 * radius,
     };
     let mut new: Vec<Vec<DVec2>> = beads.iter().map(|b| b.points.clone()).collect();
-    let mut dry = fed_to;
     for _ in 0..ROUNDS {
-        dry = bare(&dry, &new, fed)?;
-        let places = outset(&inset(&dry, radius, coarse)?, radius, coarse)?;
+        centres = bare(&centres, &new, touched)?;
+        let places = outset(&centres, radius, coarse)?;
         let mut found: Vec<Middle> = places
             .iter()
             .filter_map(|place| middle(place, &links, settings))
@@ -165,7 +166,7 @@ fn nearest(way: &[DVec2], beads: &[Bead]) -> Option<(usize, usize, DVec2)> {
 /// The bead that fills a gap, if its metal has room there.
 fn middle(place: &Region, links: &Room, settings: &FillSettings) -> Option<Middle> {
     let stepover = settings.stepover;
-    let axis = medial_axis(place, 0.125 * settings.width).ok()?;
+    let axis = medial_axis(&simplified(place, 0.02 * stepover), 0.125 * settings.width).ok()?;
     let skeleton = Skeleton::new(axis);
     let chains = skeleton.chains(0.5 * NARROWEST * stepover, f64::INFINITY, &|_| true);
     let line = joined(chains, 0.5 * stepover, LARGEST_TURN)

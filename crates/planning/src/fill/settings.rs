@@ -325,7 +325,6 @@ impl FillSettings {
         Band {
             reach: 0.5 * self.width + self.tolerance,
             arc_tolerance: 2e-3 * self.width,
-            disc: 0.0,
         }
     }
 
