@@ -56,6 +56,9 @@ pub(crate) enum Command {
         /// File to write, new; default `<job>-toolpath.melt` beside the job.
         #[arg(long)]
         out: Option<PathBuf>,
+        /// Keep the defaults of what the job leaves out: quick, for the metal is not simulated. A run may choose others.
+        #[arg(long)]
+        as_written: bool,
     },
     /// Write the robot's program for a plan: all of it, from a bead on, or a copy without the arc for a dry run.
     Program {

@@ -7,8 +7,8 @@ use meltpath::list::Listing;
 use meltpath::outcome::RunFolder;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
-use meltpath::waam;
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
+use meltpath::waam::{self, LeftOpen};
 use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
 use meltpath_base::{Length, Observer, Reporter};
 use serde_json::json;
@@ -44,7 +44,18 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
     }
     let outcome = match &arguments.command {
         Command::Run { job, out } => run(job, out.as_deref()),
-        Command::Plan { job, out } => plan(job, out.as_deref()),
+        Command::Plan {
+            job,
+            out,
+            as_written,
+        } => {
+            let open = if *as_written {
+                LeftOpen::Defaults
+            } else {
+                LeftOpen::Chosen
+            };
+            plan(job, out.as_deref(), open)
+        }
         Command::Program {
             job,
             toolpath,
@@ -156,10 +167,10 @@ fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     Ok(code)
 }
 
-fn plan(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
+fn plan(job: &Path, out: Option<&Path>, open: LeftOpen) -> Result<u8, Failure> {
     let progress = Progress::new();
     let path = out.map_or_else(|| beside(job, "-toolpath.melt"), Path::to_path_buf);
-    let summary = waam::plan_to_file(job, &path, &progress)?;
+    let summary = waam::plan_to_file(job, &path, open, &progress)?;
     show_timers(&progress);
     line(&summary);
     line(&format!("plan:    {}", path.display()));

@@ -1,10 +1,13 @@
 //! Union, intersection and difference of regions under the non-zero rule, on an integer grid of 2⁻²⁰ mm
 //! (Vatti's sweep as in Clipper2, A. Johnson).
 
+mod crop;
+
 use clipper2_rust::core::{FillRule, Path64, Paths64, Point64};
 use clipper2_rust::engine::ClipType;
 use clipper2_rust::engine_public::{Clipper64, PolyTree64};
 
+use self::crop::Frame;
 use crate::math::DVec2;
 use crate::region::{Region, Ring, signed_area};
 
@@ -92,12 +95,26 @@ pub fn difference(a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError
 }
 
 fn combine(clip: ClipType, a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError> {
+    let (mut subject, mut with) = (to_grid(a)?, to_grid(b)?);
+    match clip {
+        ClipType::Intersection => {
+            let both = Frame::round(&subject).and(Frame::round(&with));
+            both.crop(&mut subject);
+            both.crop(&mut with);
+        }
+        ClipType::Difference => Frame::round(&subject).crop(&mut with),
+        _ => {}
+    }
+    Ok(swept(clip, &subject, &with))
+}
+
+fn swept(clip: ClipType, subject: &Paths64, with: &Paths64) -> Vec<Region> {
     let mut clipper = Clipper64::new();
-    clipper.add_subject(&to_grid(a)?);
-    clipper.add_clip(&to_grid(b)?);
+    clipper.add_subject(subject);
+    clipper.add_clip(with);
     let (mut tree, mut open) = (PolyTree64::new(), Paths64::new());
     clipper.execute_tree(clip, FillRule::NonZero, &mut tree, &mut open);
-    Ok(regions_of(&tree))
+    regions_of(&tree)
 }
 
 /// All rings of `regions` on the grid.
@@ -178,4 +195,43 @@ pub(crate) fn regions_of(tree: &PolyTree64) -> Vec<Region> {
         regions.push(Region { outer, holes });
     }
     regions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn area(regions: &[Region]) -> f64 {
+        regions.iter().map(Region::area).sum()
+    }
+
+    fn any_ring(points: &[(f64, f64)], at: f64) -> Region {
+        Region {
+            outer: points
+                .iter()
+                .map(|&(x, y)| DVec2::new(x + at, y - at))
+                .collect(),
+            holes: Vec::new(),
+        }
+    }
+
+    proptest! {
+        /// What is left out of the sweep for it lies away from the other operand changes nothing, of rings that cross themselves too.
+        #[test]
+        fn what_lies_away_from_the_other_operand_matters_nothing(
+            one in prop::collection::vec((-50.0..50.0_f64, -50.0..50.0_f64), 3..40),
+            other in prop::collection::vec((-20.0..20.0_f64, -9.0..9.0_f64), 3..12),
+            at in -60.0..60.0_f64,
+        ) {
+            let (one, other) = ([any_ring(&one, 0.0)], [any_ring(&other, at)]);
+            for (a, b) in [(&one, &other), (&other, &one)] {
+                for clip in [ClipType::Intersection, ClipType::Difference] {
+                    let told = combine(clip, a, b).unwrap();
+                    let whole = swept(clip, &to_grid(a).unwrap(), &to_grid(b).unwrap());
+                    prop_assert!((area(&told) - area(&whole)).abs() < 1e-3, "{clip:?}");
+                }
+            }
+        }
+    }
 }

@@ -15,4 +15,4 @@ pub mod surface;
 pub use error::WaamError;
 pub use foreign::simulate_program;
 pub use program::to_folder::program_to_folder;
-pub use run::{examine, plan_to_file, read_toolpath, run};
+pub use run::{LeftOpen, examine, plan_to_file, read_toolpath, run};

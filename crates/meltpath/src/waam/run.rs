@@ -217,11 +217,28 @@ pub(super) fn write_common(
     Ok(())
 }
 
+const KEPT: &str =
+    "what the job leaves out keeps its default: a run looks at the metal and may choose otherwise";
+
+/// What a plan does with settings that the job leaves open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeftOpen {
+    /// As a run: where the plan is expected to fail by its metal, others are tried.
+    Chosen,
+    /// Their defaults, without a look at the metal.
+    Defaults,
+}
+
 /// Plans only, into a new file. Returns a summary in words.
 ///
 /// # Errors
 /// [`WaamError`].
-pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<String, WaamError> {
+pub fn plan_to_file(
+    job: &Path,
+    out: &Path,
+    open: LeftOpen,
+    observer: &dyn Observer,
+) -> Result<String, WaamError> {
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
     if out.exists() {
@@ -232,7 +249,8 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
         (plan.toolpath, lines)
     } else {
         let part = load_part(&loaded, &reporter, observer)?;
-        let (plan, chosen) = if leaves_open(&loaded.job) {
+        let is_open = leaves_open(&loaded.job);
+        let (plan, chosen) = if is_open && open == LeftOpen::Chosen {
             let foretold = settle(&mut loaded, &part, &reporter, observer)?;
             let choice = foretold.choice();
             (foretold.planned.plan, choice)
@@ -244,6 +262,8 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
             let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
             (plan, None)
         };
+        let kept = is_open && open == LeftOpen::Defaults;
+        let chosen = chosen.or_else(|| kept.then(|| KEPT.to_owned()));
         let told = format!(
             "{} beads, {:.1} m, in {} layers of {:.3} mm",
             plan.toolpath.pass_count(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{check, thin_wall};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
-use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
+use meltpath::waam::{LeftOpen, plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::cells;
 
@@ -182,7 +182,7 @@ fn the_rest_of_a_plan_and_its_dry_run_are_written() {
         let dir = tempfile::tempdir().unwrap();
         let (home, job) = job_for(dir.path(), dialect, robot);
         let plan = home.join("plan.melt");
-        plan_to_file(&job, &plan, &Silent).unwrap();
+        plan_to_file(&job, &plan, LeftOpen::Chosen, &Silent).unwrap();
         let written = |from, torch, name: &str| {
             let out = home.join(name);
             let wanted = Wanted { from, torch };

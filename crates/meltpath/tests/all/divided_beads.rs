@@ -6,7 +6,7 @@ use crate::dialects::cell;
 use crate::support::{check, part, write};
 use meltpath::outcome::Outcome;
 use meltpath::outcome::RunFolder::{At, NextIn};
-use meltpath::waam::{plan_to_file, read_toolpath, run, simulate_program};
+use meltpath::waam::{LeftOpen, plan_to_file, read_toolpath, run, simulate_program};
 use meltpath_base::{Fact, Silent, Status, Verdict};
 use meltpath_data::robots;
 use meltpath_geometry::shapes::{self, extrude};
@@ -42,7 +42,7 @@ fn job(folder: &Path, machine: &str) -> PathBuf {
 /// The plan as it is where no robot is named.
 fn without_robot(folder: &Path) -> Toolpath {
     let file = folder.join("whole.melt");
-    plan_to_file(&job(folder, ""), &file, &Silent).unwrap();
+    plan_to_file(&job(folder, ""), &file, LeftOpen::Chosen, &Silent).unwrap();
     read_toolpath(&file).unwrap()
 }
 

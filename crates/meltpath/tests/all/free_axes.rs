@@ -7,7 +7,7 @@ use crate::dialects::cell;
 use crate::support::{check, thin_wall, write};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::Wanted;
-use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
+use meltpath::waam::{LeftOpen, plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Observer, Reporter, Silent, Status};
 use meltpath_data::{find, robots};
 
@@ -131,7 +131,7 @@ fn programs_of_a_plan_show_their_progress_and_stop() {
     let dir = tempfile::tempdir().unwrap();
     let job = job(dir.path());
     let plan = dir.path().join("plan.melt");
-    plan_to_file(&job, &plan, &Silent).unwrap();
+    plan_to_file(&job, &plan, LeftOpen::Chosen, &Silent).unwrap();
     let reporter = Reporter::new();
     let write = |stages: &Stages, name: &str| {
         let out = dir.path().join(name);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath::cancel::Stop;
 use meltpath::outcome::RunFolder::NextIn;
-use meltpath::waam::{WaamError, plan_to_file, read_toolpath, run};
+use meltpath::waam::{LeftOpen, WaamError, plan_to_file, read_toolpath, run};
 use meltpath_base::{Check, Fact, Reporter, Silent, Status, Verdict};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::io::stl::{read_stl, write_stl};
@@ -276,7 +276,7 @@ fn refused(folder: &Path, part: &str, height: &str, surface: &str) -> String {
     let error = run(&job, NextIn(&folder.join("runs")), &Silent).unwrap_err();
     assert!(!folder.join("runs/001").exists());
     // the plan alone refuses it likewise
-    let other = plan_to_file(&job, &folder.join("a.melt"), &Silent).unwrap_err();
+    let other = plan_to_file(&job, &folder.join("a.melt"), LeftOpen::Chosen, &Silent).unwrap_err();
     assert_eq!(error.to_string(), other.to_string());
     match error {
         WaamError::Stop(Stop::Job(e)) => e.to_string(),

@@ -61,7 +61,7 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     says(&record, &["chosen by the plan: with the default flatness"]);
     // the stages by themselves choose the same
     let (plan, stages) = (dir.path().join("bar.melt"), dir.path().join("stages"));
-    waam::plan_to_file(&job, &plan, &Silent).unwrap();
+    waam::plan_to_file(&job, &plan, waam::LeftOpen::Chosen, &Silent).unwrap();
     let kept = fs::read(dir.path().join("open/toolpath.melt")).unwrap();
     assert!(fs::read(&plan).unwrap() == kept);
     let told = Reporter::new();

@@ -9,7 +9,7 @@ use meltpath::chain;
 use meltpath::outcome::Outcome;
 use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
-use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
+use meltpath::waam::{LeftOpen, plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_geometry::io::threemf::{MODEL_PART, Package, PackageWriter};
 use meltpath_geometry::math::DVec3;
@@ -90,7 +90,7 @@ fn a_flat_wall_comes_back_as_its_plan() {
     }
     // `meltpath program` writes the same; a part of a plan is no toolpath
     let plan = dir.path().join("plan.melt");
-    plan_to_file(&job, &plan, &Silent).unwrap();
+    plan_to_file(&job, &plan, LeftOpen::Chosen, &Silent).unwrap();
     let reporter = Reporter::new();
     let rest = Wanted {
         from: Some(Restart { layer: 2, bead: 1 }),
