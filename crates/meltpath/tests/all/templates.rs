@@ -64,6 +64,10 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     waam::plan_to_file(&job, &plan, waam::LeftOpen::Chosen, &Silent).unwrap();
     let kept = fs::read(dir.path().join("open/toolpath.melt")).unwrap();
     assert!(fs::read(&plan).unwrap() == kept);
+    let quick = dir.path().join("quick.melt");
+    let told = waam::plan_to_file(&job, &quick, waam::LeftOpen::Defaults, &Silent).unwrap();
+    says(&told, &["keeps its default", "may choose otherwise"]);
+    assert!(fs::read(&quick).unwrap() != kept);
     let told = Reporter::new();
     let names = waam::program_to_folder(&job, &plan, &stages, Wanted::WHOLE, (&told, &Silent));
     for name in names.unwrap() {
