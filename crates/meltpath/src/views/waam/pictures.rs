@@ -1,5 +1,7 @@
 //! Still pictures of the moments that decide about the robot: the whole cell, and the torch from near, with what is laid by then.
 
+use std::f64::consts::PI;
+
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
@@ -33,6 +35,8 @@ const NEAR: f64 = 130.0;
 /// From where it is seen: beside the arm, rad, and over the level, rad.
 const BESIDE: f64 = -1.05;
 const OVER: f64 = 0.38;
+/// A table whose top is seen under less than this sine hides what stands on it.
+const FACING: f64 = 0.2;
 /// Side of the squares on the floor, mm.
 const SQUARE: f64 = 250.0;
 /// Beads are drawn within this of their arcs, mm.
@@ -181,9 +185,7 @@ fn shapes(build: &Build<'_>, bodies: &[Body], (time, step): (f64, &Step)) -> Vec
 /// How high over its frame the table begins, mm: under the plate, as it is held against torch and arm.
 fn under(build: &Build<'_>) -> f64 {
     match build.cell.arrangement {
-        Arrangement::TorchOnRobot => {
-            build.cell.carrier_from_part.position.z - build.settings.plate_thickness
-        }
+        Arrangement::TorchOnRobot => -build.settings.plate_thickness,
         Arrangement::PartOnRobot => 0.0,
     }
 }
@@ -244,16 +246,19 @@ fn laid(build: &Build<'_>, about: bool, (time, part): (f64, Pose)) -> Vec<Shape>
             colour: if about { NOW } else { colour },
         })
         .collect();
-    let under = build.body.cloned().or_else(|| plate(build));
-    shapes.extend(under.map(|plate| Shape {
-        mesh: placed(&plate, part),
+    let under = build.body.cloned().into_iter().chain(plate(build));
+    shapes.extend(under.map(|under| Shape {
+        mesh: placed(&under, part),
         colour: BASE_METAL,
     }));
     shapes
 }
 
-/// The plate under the whole build, in the part: of the size that the job says, its middle under that of the beads.
+/// The plate under the whole build, in the part: of the size that the job says, its middle under that of the beads. Nothing where there is none.
 fn plate(build: &Build<'_>) -> Option<Mesh> {
+    if build.settings.plate_thickness <= 0.0 {
+        return None;
+    }
     let beads = pieces(build, f64::INFINITY);
     let (low, high) = bounds(beads.iter().flat_map(|(_, ends, _)| *ends))?;
     let half = match build.settings.plate {
@@ -298,6 +303,22 @@ fn ridge(mesh: &mut Mesh, [from, to]: [DVec3; 2], up: DVec3, (half, high): (f64,
     }
 }
 
+/// From where a cell is seen, rad: beside the arm, and where a tilted table would hide the torch from the other side of it.
+fn beside(arm: f64, build: &Build<'_>, table: Pose) -> f64 {
+    let far = PI + BESIDE;
+    let sides = [BESIDE, -BESIDE, far, -far].map(|side| arm + side);
+    let top = table.orientation * DVec3::Z;
+    let facing = |azimuth: &f64| {
+        let level = DVec3::new(azimuth.cos(), azimuth.sin(), 0.0);
+        top.dot(OVER.cos() * level + OVER.sin() * DVec3::Z)
+    };
+    let hidden = build.cell.arrangement == Arrangement::TorchOnRobot && facing(&sides[0]) < FACING;
+    let best = sides
+        .into_iter()
+        .max_by(|a, b| facing(a).total_cmp(&facing(b)));
+    best.filter(|_| hidden).unwrap_or(sides[0])
+}
+
 /// A picture of a moment: the cell, the torch from near, what it is in words.
 fn picture(
     build: &Build<'_>,
@@ -308,7 +329,7 @@ fn picture(
     let frames = build.cell.frames(&step.values);
     let tip = frames.wire_tip.position;
     let arm = tip - frames.base.position;
-    let azimuth = arm.y.atan2(arm.x) + BESIDE;
+    let azimuth = beside(arm.y.atan2(arm.x), build, frames.table);
     let mut image = Image::new(SIZE, PAPER);
     let height = SIZE[1] - HEAD;
     let points = || shapes.iter().flat_map(|s| s.mesh.vertices.iter().copied());
