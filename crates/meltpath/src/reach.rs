@@ -6,8 +6,8 @@ use std::path::Path;
 use meltpath_base::number::significant;
 use meltpath_base::{Cancelled, Observer, Reporter, Silent};
 use meltpath_data::robots;
-use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
+use meltpath_geometry::{Mesh, Pose};
 use meltpath_robot::cell::Cell;
 use meltpath_robot::posture::{Axes, Held, NotHeld, Rotation, Task, hold};
 use meltpath_robot::{Command, Smoothing};
@@ -16,6 +16,7 @@ use crate::cancel::cancellable;
 use crate::data::{DataFileError, DataText};
 use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
+use crate::stages::sheet::{self, How};
 
 /// Places along a side of the table.
 const PLACES: u32 = 15;
@@ -60,13 +61,12 @@ pub fn reach(
 ) -> Result<Vec<String>, ReachError> {
     let text = DataText::load("robot", robot, robots::ALL, Path::new(""))?;
     let cell = text.read(meltpath_robot::cell::read)?;
-    let mm = PartUnit::Millimetre;
-    let part = part::load(part, mm, DVec3::Z, CHORD_ERROR, reporter, observer)?;
-    let Some((low, high)) = part.mesh.bounds() else {
-        return Ok(vec![format!("{} is empty", part.name)]);
+    let (name, mesh) = outline(part, reporter, observer)?;
+    let Some((low, high)) = mesh.bounds() else {
+        return Ok(vec![format!("{name} is empty")]);
     };
     let table = cell.shapes.as_ref().and_then(|s| s.table);
-    let [x, y] = table.unwrap_or([SIDE, SIDE]);
+    let [x, y] = table.map_or([SIDE, SIDE], |t| t.size);
     let middle = cell.carrier_from_part.orientation * (0.5 * (low + high));
     let grid = |side: f64, i: u32| (f64::from(i) / f64::from(PLACES - 1) - 0.5) * side;
     let mut places: Vec<PlaceOnTable> = Vec::new();
@@ -80,7 +80,35 @@ pub fn reach(
             places.push((place, held.ok().map(|h| margin(&h))));
         }
     }
-    Ok(told(&cell, &part.name, &places))
+    Ok(told(&cell, &name, &places))
+}
+
+/// The name of a part and its triangles, set down on the table: a body, or a surface that a wall is built along.
+fn outline(
+    part: &Path,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(String, Mesh), PartError> {
+    let unit = PartUnit::Millimetre;
+    // what is odd about a body is no fault of a surface
+    let of_body = Reporter::new();
+    match part::load(part, unit, DVec3::Z, CHORD_ERROR, &of_body, observer) {
+        Ok(body) => {
+            reporter.absorb(of_body);
+            Ok((body.name, body.mesh))
+        }
+        Err(PartError::Empty { thin, .. }) if thin > 0.0 => {
+            let how = How {
+                unit,
+                up: DVec3::Z,
+                chord_error: CHORD_ERROR,
+                faces: None,
+            };
+            let sheet = sheet::load(part, how, reporter, observer)?;
+            Ok((sheet.name, sheet.mesh))
+        }
+        Err(other) => Err(other),
+    }
 }
 
 /// The arm along the box around a part whose origin lies at a place: its edges, and a travel over it.

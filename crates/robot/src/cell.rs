@@ -11,6 +11,8 @@ mod urdf;
 pub use axes::AXES;
 pub use build::read;
 pub use file::{ArmKind, CellFile};
-pub use layout::{Arrangement, Cell, External, Frames, Holder, Maker, Shapes, Source, Values};
+pub use layout::{
+    Arrangement, Cell, External, Frames, Holder, Maker, Shapes, Source, Table, Values,
+};
 pub use stance::Stance;
 pub use urdf::{UrdfError, from_urdf};

@@ -53,6 +53,11 @@ pub(super) fn lines(cell: &Cell) -> Vec<String> {
     ] {
         lines.push(format!("{name} with all joints at zero: {}", place(pose)));
     }
+    if let Some(table) = cell.shapes.as_ref().and_then(|s| s.table) {
+        let [x, y] = table.size.map(whole);
+        let deep = whole(table.thickness);
+        lines.push(format!("table: {x} x {y} mm, {deep} mm deep"));
+    }
     lines.extend(cell.sources.iter().map(source));
     lines
 }

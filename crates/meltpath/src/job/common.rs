@@ -19,7 +19,7 @@ table! {
         size: [Length; 2] where up_to(1e5) => none("the part with 25 mm around it");
         /// Height of its top in the user frame of a program that other software wrote; plans begin at 0.
         height: Length where within(-1e4, 1e4) => none("0 mm");
-        /// Thickness of the plate.
+        /// Thickness of the plate. Under the body of [onto] and under a cylinder that a surface begins on there is a plate where [substrate] is written, else none.
         thickness: Length where up_to(1e4) => default("20 mm", "the plate of Rouchon 2022, p. 38");
     }
 

@@ -200,12 +200,24 @@ table! {
         robot: String => none("reach, collisions and CONFIG are not checked");
         /// Where the origin of the part lies on the robot's table (in the flange where the robot holds the part): x, y, z.
         place: [Length; 3] => none("where the robot's file puts the part");
+        /// What holds the plate, the body of [onto], or the cylinder that a surface begins on, over the table: shafts, pedestals, clamps.
+        holders: Vec<HolderTable> => default([], "nothing but the table");
         /// What track and positioner of the robot's file do while the torch moves.
         external: ExternalChoice => default("standing", "they rest");
         /// Smoothing at via points (FANUC CNT): 0 % stops at each point.
         smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022; left out, 25 % where walls are expected to fail with it");
         /// Contact tube to work distance at the first layer.
         ctwd: Length where up_to(100.0) => computed("the cell's nominal distance");
+    }
+
+    /// Something round with flat ends that holds a part, in the coordinates of the part file.
+    pub struct HolderTable {
+        /// The middle of the end where it begins: x, y, z.
+        from: [Length; 3] => required;
+        /// The middle of the other end: x, y, z.
+        to: [Length; 3] => required;
+        /// Its radius.
+        radius: Length where up_to(1e4) => required;
     }
 
     /// Limits of the verdict.
@@ -408,6 +420,27 @@ impl WaamJob {
                 self.onto
                     .problem("[surface] and [onto] stand together: a wall one bead thick along a surface, or layers on a body")
                     .help("take one of them out"),
+            ),
+            (
+                !self.machine.holders.is_empty() && !surface && !onto,
+                self.machine
+                    .holders
+                    .problem("machine.holders is of layers that are not flat: flat ones stand on their plate")
+                    .help("leave it out, or build along a surface or onto a body: [surface], [onto]"),
+            ),
+            (
+                self.machine.holders.iter().any(|h| *h.from == *h.to),
+                self.machine
+                    .holders
+                    .problem("one of machine.holders ends where it begins")
+                    .help("write the middles of both of its ends: from, to"),
+            ),
+            (
+                !self.machine.holders.is_empty() && !self.machine.robot.is_written(),
+                self.machine
+                    .holders
+                    .problem("machine.holders is written, but no robot whose torch could touch them")
+                    .help("name the robot: machine.robot"),
             ),
             (
                 least.0 > most.0,

@@ -2,10 +2,12 @@
 
 pub(crate) mod arm_way;
 pub(crate) mod axes;
+pub(crate) mod bead_pieces;
 pub(crate) mod columns;
 pub(crate) mod divide;
 pub(crate) mod division;
 pub(crate) mod driven;
+pub(crate) mod expected;
 pub(crate) mod film;
 pub(crate) mod hold;
 pub(crate) mod joint_moves;
@@ -14,5 +16,7 @@ pub(crate) mod lean;
 pub(crate) mod over;
 pub(crate) mod reach;
 pub mod record;
+pub(crate) mod site;
+pub(crate) mod solids;
 pub(crate) mod times;
 pub(crate) mod travels;

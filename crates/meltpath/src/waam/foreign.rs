@@ -25,6 +25,7 @@ use crate::waam::deposit::metal::{self, Laid, against_part};
 use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
 use crate::waam::deposit::tube;
 use crate::waam::drive::reach;
+use crate::waam::drive::site::Site;
 use crate::waam::drive::travels;
 use crate::waam::judge::checks::{borrowed_check, build_facts, programmed, range_check};
 use crate::waam::judge::doubt::{self, Doubt};
@@ -189,7 +190,7 @@ fn of_toolpath(
         smoothing: smoothing.map_or(settings.smoothing, |s| s.0),
         ..settings.clone()
     };
-    let (programs, mut commands) = read_back(name, &mut toolpath, settings, told)?;
+    let (programs, mut commands) = read_back(name, &mut toolpath, Site::flat(settings), told)?;
     commands.gaps.extend(gaps);
     Ok(Executed {
         parsed: programs.parsed,

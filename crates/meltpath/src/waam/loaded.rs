@@ -16,6 +16,7 @@ use crate::inputs;
 use crate::job::{self, Job, JobError, WaamJob, Written};
 use crate::outcome::record_inputs;
 use crate::waam::drive::hold;
+use crate::waam::drive::site::Site;
 use crate::waam::judge::checks::program_check;
 use crate::waam::program::toolpath_file;
 use crate::waam::program::wanted::Wanted;
@@ -135,9 +136,9 @@ pub(super) fn written(
     loaded: &Loaded,
     toolpath: &Toolpath,
     (own, commands): (&Programs, &Commands),
-    observer: &dyn Observer,
+    (site, observer): (Site<'_>, &dyn Observer),
 ) -> Result<(Vec<TextFile>, Check), WaamError> {
-    let settings = &loaded.settings;
+    let settings = site.settings;
     let (mut files, mut further) = (Vec::new(), Vec::new());
     for &dialect in &settings.programs {
         if dialect == settings.cell.program.dialect.value {
@@ -150,7 +151,7 @@ pub(super) fn written(
             &loaded.name,
             toolpath,
             (dialect, Wanted::WHOLE),
-            settings,
+            site,
             own.chosen.way.as_ref(),
             (&silent, observer),
         )?;

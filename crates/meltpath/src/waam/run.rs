@@ -28,6 +28,7 @@ use crate::waam::deposit::simulate::Simulation;
 use crate::waam::drive::film::Film;
 use crate::waam::drive::lean::Turned;
 use crate::waam::drive::reach;
+use crate::waam::drive::site::Site;
 use crate::waam::judge::checks::{build_facts, fixed_torch_check, plan_facts};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::foretell::Built;
@@ -123,7 +124,12 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let leaning: Vec<Doubt> = turned.iter().filter_map(Turned::doubt).collect();
     doubt::undecided(&mut checks, &leaning);
     checks.extend(turned.as_ref().map(|t| t.check(settings)));
-    let (written, check) = written(&loaded, &plan.toolpath, (&programs, &commands), observer)?;
+    let (written, check) = written(
+        &loaded,
+        &plan.toolpath,
+        (&programs, &commands),
+        (Site::flat(settings), observer),
+    )?;
     checks.push(check);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(fixed_torch_check(settings));

@@ -1,6 +1,7 @@
 //! Every value of a wire-arc job resolved: what was written, the stated defaults, what the process map says.
 
 pub(crate) mod bead;
+pub mod holder;
 pub(crate) mod machine;
 pub(crate) mod named;
 pub(crate) mod process;
@@ -37,9 +38,10 @@ use crate::data::{Cell, DataText};
 use crate::job::common::ToolpathForm;
 use crate::job::waam::{
     BeadTable, ChecksTable, ExternalChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
-    LayerRelease, Spacing, Speeds, Starts, WaamTable,
+    LayerRelease, MachineTable, Spacing, Speeds, Starts, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
+use holder::Holder;
 
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
@@ -104,8 +106,10 @@ pub struct Settings {
     pub plate: Option<[f64; 2]>,
     /// Height of the plate in the user frame of a program that other software wrote, where it is told, mm.
     pub plate_height: Option<f64>,
-    /// Plate thickness, mm.
+    /// Thickness of the plate, mm; zero where the part stands on none.
     pub plate_thickness: f64,
+    /// What holds the part beside the table, in the coordinates of the part file, mm.
+    pub holders: Vec<Holder>,
     /// Metal beyond the finished part's sides, mm.
     pub allowance: f64,
     /// Metal over faces that look up, where the job says it, mm.
@@ -173,10 +177,8 @@ pub fn resolve(
     woven::tell(&waam.bead.weave, woven.as_ref(), cell.motion.as_ref(), told)?;
     let bead = woven.map_or(plain, |w| w.bead);
     let width = bead.width.value;
-    r.value(
-        &job.fill.stepover.name,
-        Resolved::new(Length(step.value), step.origin.clone()),
-    );
+    let stepover = Resolved::new(Length(step.value), step.origin.clone());
+    r.value(&job.fill.stepover.name, stepover);
     warn_of_feet(&bead, step.value / width, reporter);
     let controller = controller(&cell);
     let mut fill = FillSettings::new(width, step.value);
@@ -226,7 +228,8 @@ pub fn resolve(
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
         plate_height: job.substrate.height.map(|h| h.0),
-        plate_thickness: job.substrate.thickness.0,
+        plate_thickness: plate_thickness(job),
+        holders: holders(&job.machine),
         allowance: target.allowance.0,
         allowance_top: target.allowance_top.map(|top| top.0),
         limits,
@@ -238,6 +241,31 @@ pub fn resolve(
         chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
+}
+
+/// How thick the plate under the part is, mm. A body that is there already, and a cylinder that a wall begins on, are clamped by themselves unless
+/// the job says otherwise.
+fn plate_thickness(job: &WaamJob) -> f64 {
+    let round = job
+        .surface
+        .as_ref()
+        .is_some_and(|s| s.base.radius.is_some());
+    let clamped = job.onto.is_some() || round;
+    if clamped && !job.substrate.is_written() {
+        0.0
+    } else {
+        job.substrate.thickness.0
+    }
+}
+
+/// What holds the part beside the table, as the job writes it.
+fn holders(machine: &MachineTable) -> Vec<Holder> {
+    let place = |p: &[Length; 3]| DVec3::from_array(p.map(|l| l.0));
+    let rods = machine.holders.iter().map(|h| Holder {
+        ends: [place(&h.from), place(&h.to)],
+        radius: h.radius.0,
+    });
+    rods.collect()
 }
 
 /// The dialects of the programs that the job asks for, which can say what moves.

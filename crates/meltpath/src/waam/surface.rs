@@ -4,6 +4,7 @@
 mod flatness;
 pub(crate) mod ground;
 pub(crate) mod grow;
+mod held;
 mod judge;
 mod metal;
 pub(crate) mod onto;

@@ -28,6 +28,7 @@ mod paced;
 mod reach;
 mod reference;
 mod remedies;
+mod standing;
 mod support;
 mod surface;
 mod templates;

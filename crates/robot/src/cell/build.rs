@@ -7,10 +7,10 @@ use meltpath_geometry::math::DVec3;
 
 use super::file::{
     ArmKind, ArmTable, AxisTable, CellFile, Direction, ElbowShows, JointsTable, PositionerTable,
-    TrackTable,
+    ShapesTable, TrackTable,
 };
 use super::frame;
-use super::layout::{Arrangement, Cell, SHAPES, Shapes, Source};
+use super::layout::{Arrangement, Cell, SHAPES, Shapes, Source, Table};
 use crate::kinematics::{
     Arm, Chain, Geometry, Joint, JointKind, Limits, OffsetWrist, OrthoParallel,
 };
@@ -83,9 +83,23 @@ fn build(file: &CellFile, problems: &mut Vec<Problem>) -> Option<Cell> {
             links: s.links.map(|l| l.0),
             torch: s.torch.0,
             nozzle: s.nozzle.map(|l| l.0),
-            table: s.table.map(|t| t.map(|l| l.0)),
+            table: table(s, file.positioner.is_some()),
         }),
         sources,
+    })
+}
+
+/// A table that stands reaches the floor: no lower than this under its top, mm.
+const TO_THE_FLOOR: f64 = 2000.0;
+/// A table that a positioner carries, with what turns beneath it, where the file does not say, mm: a guess.
+const FACEPLATE: f64 = 100.0;
+
+fn table(shapes: &ShapesTable, turns: bool) -> Option<Table> {
+    let size = (*shapes.table)?.map(|l| l.0);
+    let silent = if turns { FACEPLATE } else { TO_THE_FLOOR };
+    Some(Table {
+        size,
+        thickness: shapes.table_thickness.map_or(silent, |t| t.0),
     })
 }
 
@@ -417,7 +431,21 @@ fn sources(file: &CellFile, problems: &mut Vec<Problem>) -> Vec<Source> {
         }
     }
     if let Some(shapes) = file.shapes.as_ref() {
-        of(SHAPES, shapes.source.as_ref(), &[]);
+        if shapes.table_thickness.is_written() && shapes.table.is_none() {
+            let message = format!(
+                "{} is written, but not how large the table is",
+                shapes.table_thickness.name
+            );
+            let problem = shapes.table_thickness.problem(message);
+            problems.push(problem.help("write shapes.table too"));
+        }
+        let silent = shapes.table.is_some() && !shapes.table_thickness.is_written();
+        // a table that stands cannot be deeper than it is taken to be; one that turns can
+        let guessed = (silent && file.positioner.is_some())
+            .then(|| shapes.table_thickness.name.rsplit('.').next())
+            .flatten();
+        let guesses: Vec<String> = guessed.into_iter().map(str::to_owned).collect();
+        of(SHAPES, shapes.source.as_ref(), &guesses);
     }
     known_guesses::<ArmTable>(&file.arm.guesses, problems);
     known_guesses::<JointsTable>(&file.joints.guesses, problems);

@@ -163,6 +163,9 @@ table! {
         nozzle: [Length; 2] where positive => required;
         /// Size of the table along its x and y, its origin in the middle.
         table: [Length; 2] where positive => none("not known: the table is not checked");
+        /// How deep the table is below its top, with all that turns beneath it where a positioner carries it. What carries the positioner
+        /// is not checked.
+        table_thickness: Length where positive => none("2000 mm of a table that stands: it reaches the floor; 100 mm of one on a positioner: a guess, told in the verdict");
     }
 
     /// A track.

@@ -44,8 +44,17 @@ pub struct Shapes {
     pub torch: f64,
     /// Length and radius of the nozzle, which ends with the contact tube.
     pub nozzle: [f64; 2],
-    /// Size of the table along its x and y, its origin in the middle; nothing where it is not known.
-    pub table: Option<[f64; 2]>,
+    /// The table; nothing where it is not known.
+    pub table: Option<Table>,
+}
+
+/// A table, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Table {
+    /// Its size along its x and y, its origin in the middle.
+    pub size: [f64; 2],
+    /// How deep it is below its top, with all that turns beneath it where a positioner carries it.
+    pub thickness: f64,
 }
 
 /// A robot cell. Frames are named by where they lie: `flange_from_torch` is the pose of the torch in the flange.
@@ -166,10 +175,10 @@ impl Cell {
         places.filter_map(Source::guessed).collect()
     }
 
-    /// Whether somebody vouches for its shapes.
-    pub fn shapes_are_guessed(&self) -> bool {
+    /// What of its shapes nobody vouches for.
+    pub fn guessed_shapes(&self) -> Option<String> {
         let mut shapes = self.sources.iter().filter(|s| s.of == SHAPES);
-        shapes.any(|s| s.says.is_none())
+        shapes.find_map(Source::guessed)
     }
 
     /// The arm's base in the world for a position of the track in mm.

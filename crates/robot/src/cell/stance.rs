@@ -15,6 +15,9 @@ use crate::kinematics::{Arm, Configuration, Geometry};
 
 /// Angles nearer to a border than this are on it, deg: controllers show three digits.
 const SHOWN: f64 = 1e-3;
+/// How far joints that are found from a program's positions may differ from those that it was written from, deg: it says angles to 0.001 deg and
+/// places to 0.001 mm, and a bent wrist makes some times as much of them.
+const DIGITS: f64 = 0.01;
 /// Joints that are said by their values are held so near, deg: what is read has the digits of a file.
 const SAME: f64 = 0.5;
 
@@ -115,6 +118,17 @@ impl Cell {
         };
         let shown = self.arm.shown(joints).map(f64::to_degrees);
         shown.iter().zip(wanted).all(|(a, b)| (a - b).abs() < SAME)
+    }
+
+    /// Whether an arm that goes on in a straight line or an arc stands as `wanted` says, where a joint (rad) may lie on either side of a border
+    /// within the digits of a program. A joint move is another matter: there a border is a whole turn.
+    pub fn stands_within_digits(&self, joints: [f64; 6], wanted: &Stance) -> bool {
+        let beside = |i: usize, by: f64| {
+            let mut beside = joints;
+            beside[i] += by.to_radians();
+            self.stands(beside, wanted)
+        };
+        self.stands(joints, wanted) || (0..6).any(|i| beside(i, DIGITS) || beside(i, -DIGITS))
     }
 
     /// How the arm stands with these joints (rad); nothing where its maker has no words that are known here.

@@ -105,6 +105,27 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     capsules
 }
 
+/// A capsule around all rods of the nozzle.
+pub(super) fn around_nozzle(capsules: &[Capsule]) -> Option<Capsule> {
+    let rods = || capsules.iter().filter(|c| c.body == Body::Nozzle);
+    let count = rods().count();
+    let first = *rods().next()?;
+    let middle = |end: fn(&Segment) -> DVec3, of: fn(&Capsule) -> Segment| {
+        rods().map(|rod| end(&of(rod))).sum::<DVec3>() / count as f64
+    };
+    let line = |of: fn(&Capsule) -> Segment| Segment {
+        a: middle(|s| s.a, of),
+        b: middle(|s| s.b, of),
+    };
+    let axis = line(|c| c.line);
+    Some(Capsule {
+        line: axis,
+        in_base: line(|c| c.in_base),
+        radius: first.line.a.distance(axis.a) + first.radius,
+        ..first
+    })
+}
+
 /// Where the line of a link ends. A forearm is slim at the wrist, where the torch begins: its roundness ends there.
 fn ended(number: u8, end: DVec3, radius: f64) -> DVec3 {
     const FOREARM: u8 = 3;

@@ -5,7 +5,7 @@ use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
 use super::Body;
-use super::bodies::{Capsule, capsules, may_touch};
+use super::bodies::{Capsule, around_nozzle, capsules, may_touch};
 use super::distance::between;
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, foot, table, to_table};
@@ -23,9 +23,6 @@ const EXACT: f64 = 0.1;
 const LESS: f64 = 0.9;
 /// How exactly it is found how much room others lack, mm.
 const ROUGH: f64 = 2.0;
-/// Room beyond this is of no interest, mm.
-const AHEAD: f64 = 100.0;
-
 /// A way, and whether it keeps clear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cleared {
@@ -44,7 +41,10 @@ pub enum Clearance {
     InVain,
 }
 
-/// How much more room than `wanted` mm the cell has where it stands so while a command is executed, mm.
+/// Room beyond what is wanted is of no interest but for rounding, mm.
+const BEYOND: f64 = 1.0;
+
+/// How much more room than `wanted` mm the cell has where it stands so while a command is executed, mm, up to [`BEYOND`].
 fn spare(
     task: &Task<'_>,
     around: &Surroundings<'_>,
@@ -52,7 +52,7 @@ fn spare(
     (command, values): (u32, &Values),
 ) -> f64 {
     let bodies = capsules(task.cell, around.shapes, values);
-    room(task.cell, around, command, &bodies) - wanted
+    room(task.cell, around, command, &bodies, wanted + BEYOND) - wanted
 }
 
 /// How the arm holds the torch along a program so that it keeps `wanted` mm clear of what stands around, as far as there is a way.
@@ -66,7 +66,9 @@ pub fn hold_clear(
     observer: &dyn Observer,
 ) -> Result<Cleared, NotHeld> {
     let chains = runs(task);
-    let guard = |command: u32, values: &Values| spare(task, around, wanted, (command, values));
+    let guard = |command: u32, values: &Values, more: f64| {
+        spare(task, around, wanted + more, (command, values))
+    };
     let mut search = Search::new(task, &chains, Some(&guard));
     let mut held = search.held(observer)?;
     let mut best: Option<(f64, Held)> = None;
@@ -114,7 +116,9 @@ pub fn room_over(
     observer: &dyn Observer,
 ) -> Result<f64, NotHeld> {
     let chains = runs(task);
-    let guard = |command: u32, values: &Values| spare(task, around, wanted, (command, values));
+    let guard = |command: u32, values: &Values, more: f64| {
+        spare(task, around, wanted + more, (command, values))
+    };
     let held = Search::new(task, &chains, Some(&guard)).held(observer)?;
     let least = over_joint_moves(task, &held, around, wanted)?;
     Ok(least.unwrap_or(f64::INFINITY) - wanted)
@@ -195,14 +199,26 @@ impl Look for Nearing {
     }
 }
 
-/// The least distance of any pair of bodies, mm, where it is less than [`AHEAD`].
-fn room(cell: &Cell, around: &Surroundings<'_>, command: u32, bodies: &[Capsule]) -> f64 {
+/// The least distance of any pair of bodies, mm, where it is less than `most`; else `most`.
+fn room(
+    cell: &Cell,
+    around: &Surroundings<'_>,
+    command: u32,
+    bodies: &[Capsule],
+    most: f64,
+) -> f64 {
     let metal = (around.metal)(command);
     let (table, foot) = (table(cell, around), foot(cell, around));
-    let mut least = AHEAD;
+    let mut least = most;
+    // what lies around all rods of the nozzle has room: so have they
+    let nozzle = around_nozzle(bodies);
+    let spared = nozzle.is_some_and(|n| {
+        let beyond = most + n.radius;
+        metal.distance(&n.line, beyond, foot) >= beyond
+    });
     for capsule in bodies {
         let may = |other: Body| may_touch(capsule.body, other, cell.arrangement);
-        if may(Body::Metal) {
+        if may(Body::Metal) && !(spared && capsule.body == Body::Nozzle) {
             let most = least + capsule.radius;
             least = least.min(metal.distance(&capsule.line, most, foot) - capsule.radius);
         }

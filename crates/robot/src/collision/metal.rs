@@ -1,15 +1,50 @@
-//! Metal as columns, and how near a segment comes to any of them.
+//! Metal as columns or as solid bodies, and how near a segment comes to any of them.
+
+use std::sync::Arc;
 
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 
 use super::distance::{Bounds, Segment};
+use super::solids::Solids;
+
+/// Metal as it stands at some time.
+#[derive(Debug, Clone)]
+pub struct Metal(Form);
+
+#[derive(Debug, Clone)]
+enum Form {
+    /// Laid from above, layer by layer: down to the plate.
+    Columns(Columns),
+    /// Laid from any side: what is there up to a time.
+    Solids(Arc<Solids>, u32),
+}
+
+impl Metal {
+    /// The metal of a height map in columns about `side` mm wide.
+    pub fn of(map: &HeightMap, side: f64) -> Self {
+        Metal(Form::Columns(Columns::of(map, side)))
+    }
+
+    /// What of solid bodies is there at a time.
+    pub fn until(solids: &Arc<Solids>, time: u32) -> Self {
+        Metal(Form::Solids(Arc::clone(solids), time))
+    }
+
+    /// The distance of a segment from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
+    pub(super) fn distance(&self, segment: &Segment, most: f64, foot: f64) -> f64 {
+        match &self.0 {
+            Form::Columns(columns) => columns.distance(segment, most, foot),
+            Form::Solids(solids, time) => solids.distance(segment, *time, most),
+        }
+    }
+}
 
 /// Columns over a plate, each as high as the highest metal on it: coarse ones over fine ones.
 ///
 /// Structure: level 0 has one column for each square of cells, each further level one for four of the level before.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Metal {
+struct Columns {
     /// The least corner, mm.
     origin: DVec2,
     /// Side of a column of level 0, mm.
@@ -43,9 +78,9 @@ impl Level {
     }
 }
 
-impl Metal {
+impl Columns {
     /// The metal of a height map in columns about `side` mm wide.
-    pub fn of(map: &HeightMap, side: f64) -> Self {
+    fn of(map: &HeightMap, side: f64) -> Self {
         let cells = ((side / map.cell).round() as usize).max(1);
         // rounding up: a column is never lower than its metal
         let height = |ix: usize, iy: usize| (map.z[map.index(ix, iy)] as f32).next_up();
@@ -56,7 +91,7 @@ impl Metal {
             let next = Level::of(last.nx, last.ny, 2, |ix, iy| last.z[iy * last.nx + ix]);
             levels.push(next);
         }
-        Metal {
+        Columns {
             origin: map.origin - DVec2::splat(0.5 * map.cell),
             cell: cells as f64 * map.cell,
             levels,
@@ -64,7 +99,7 @@ impl Metal {
     }
 
     /// The distance of a segment from the metal down to `foot`, mm, where it is less than `most`; else no less than `most`.
-    pub(super) fn distance(&self, segment: &Segment, most: f64, foot: f64) -> f64 {
+    fn distance(&self, segment: &Segment, most: f64, foot: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
             Some(top) => match self.column(top, (0, 0), foot) {
                 Some(all) => {

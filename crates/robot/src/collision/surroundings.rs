@@ -8,9 +8,6 @@ use super::distance::{Bounds, Segment};
 use super::metal::Metal;
 use crate::cell::{Arrangement, Cell, Shapes};
 
-/// How deep a table is taken to be, mm.
-const DEEP: f64 = 2000.0;
-
 /// What stands around a program while it is executed.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
@@ -18,28 +15,30 @@ pub struct Surroundings<'a> {
     pub shapes: &'a Shapes,
     /// Plate and metal while a command is executed.
     pub metal: &'a (dyn Fn(u32) -> &'a Metal + Sync),
-    /// Thickness of the plate between part and table, mm.
+    /// Thickness of the plate between part and table, mm; zero where there is none.
     pub plate: f64,
 }
 
-/// How far down metal goes, mm: a plate on a table has nothing below it that could come near; one on the flange has the arm there.
+/// How far down columns of metal go, mm: to the underside of the plate, under which the table or the arm begins. A table that is not known
+/// may be anywhere below.
 pub(super) fn foot(cell: &Cell, around: &Surroundings<'_>) -> f64 {
-    match cell.arrangement {
-        Arrangement::TorchOnRobot => f64::NEG_INFINITY,
-        Arrangement::PartOnRobot => -around.plate,
+    match (cell.arrangement, around.shapes.table) {
+        (Arrangement::TorchOnRobot, None) => f64::NEG_INFINITY,
+        _ => -around.plate,
     }
 }
 
 /// The table in its own frame, with the part in it, which lies still on it; nothing where it is not known.
 pub(super) fn table(cell: &Cell, around: &Surroundings<'_>) -> Option<(Pose, Bounds)> {
-    let [x, y] = around.shapes.table?;
+    let table = around.shapes.table?;
     if cell.arrangement == Arrangement::PartOnRobot {
         return None;
     }
+    let [x, y] = table.size;
     let half = DVec3::new(0.5 * x, 0.5 * y, 0.0);
     let top = -around.plate;
     let bounds = Bounds {
-        low: -half + (top - DEEP) * DVec3::Z,
+        low: -half + (top - table.thickness) * DVec3::Z,
         high: half + top * DVec3::Z,
     };
     Some((cell.carrier_from_part, bounds))

@@ -7,7 +7,7 @@ use meltpath_base::Observer;
 use super::chain::{Chain, End};
 use super::choice::{self, Carried, Choice, Held};
 use super::follow::verify;
-use super::narrow::Narrow;
+use super::narrow::{Drawn, Narrow};
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places};
 use super::wide::{Wide, is_same};
 
@@ -29,6 +29,7 @@ pub(super) struct Free<'a> {
     /// Key places at which nothing may touch, and how much more room is asked for there, mm.
     guarded: BTreeMap<usize, f64>,
     guard: Option<Guard<'a>>,
+    drawn: Drawn,
 }
 
 /// Ends of moves at least so far apart, the first and the last among them.
@@ -59,6 +60,7 @@ impl<'a> Free<'a> {
             followed: BTreeSet::new(),
             guarded: BTreeMap::new(),
             guard,
+            drawn: Drawn::default(),
         }
     }
 
@@ -92,6 +94,7 @@ impl<'a> Free<'a> {
                 followed: &self.followed,
                 guarded: &self.guarded,
                 guard: self.guard,
+                drawn: &self.drawn,
             };
             let chain = self.chosen(&narrow.draw(held, observer));
             let Err(broken) = verify(self.task, &chain, |_| ()) else {
@@ -278,6 +281,7 @@ mod tests {
             followed: &free.followed,
             guarded: &BTreeMap::new(),
             guard: None,
+            drawn: &free.drawn,
         };
         let found = narrow.total(&narrow.draw(held, &Silent), 0.0);
         let best = exhaustive(&task, chain, &free.places);

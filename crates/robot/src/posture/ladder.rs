@@ -54,7 +54,7 @@ impl<'a> Blocked<'a> {
     fn clear(&self, rung: usize, (command, external): (u32, External), nodes: &mut Vec<Node>) {
         if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&rung)) {
             keep_clear(nodes, |n| {
-                guard(command, &Values::of(n.joints, external)) - more
+                guard(command, &Values::of(n.joints, external), *more)
             });
         }
     }
@@ -64,7 +64,7 @@ impl<'a> Blocked<'a> {
         if let Some(guard) = self.guard {
             keep_clear(nodes, |n| {
                 let places = between(from, &n.joints);
-                let rooms = places.map(|joints| guard(command, &Values::of(joints, external)));
+                let rooms = places.map(|joints| guard(command, &Values::of(joints, external), 0.0));
                 rooms.fold(f64::INFINITY, f64::min)
             });
         }

@@ -2,6 +2,7 @@
 //! nearest continuation; the best of all such ways is taken, again and again with smaller steps.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, PoisonError};
 
 use meltpath_base::Observer;
 use rayon::prelude::*;
@@ -26,7 +27,7 @@ const HASTE: f64 = 0.003;
 /// Beyond this share it cannot follow: that costs ten times as much again.
 const FULL: f64 = 0.95;
 /// Key places that are drawn together. Their ends stand; the next time they lie between the ends.
-const WINDOW: usize = 256;
+const WINDOW: usize = 64;
 
 /// What is drawn along.
 pub(super) struct Narrow<'a> {
@@ -37,6 +38,22 @@ pub(super) struct Narrow<'a> {
     /// Key places at which nothing may touch, by their number, and how much more room is asked for there, mm.
     pub(super) guarded: &'a BTreeMap<usize, f64>,
     pub(super) guard: Option<Guard<'a>>,
+    /// What was drawn before along the same run.
+    pub(super) drawn: &'a Drawn,
+}
+
+/// What windows were drawn from, and what came out, by number of the step size, round, and first key place: a run is drawn again when places
+/// become narrower, and most of it is then as it was.
+#[derive(Default)]
+pub(super) struct Drawn(Mutex<BTreeMap<(usize, usize, usize), Window>>);
+
+/// One window as it was drawn.
+#[derive(Clone, PartialEq)]
+struct Window {
+    ways: Vec<Held>,
+    guarded: Vec<Option<f64>>,
+    followed: Vec<bool>,
+    found: Vec<Held>,
 }
 
 /// A way beside the one that is.
@@ -50,6 +67,8 @@ struct Node {
 /// How far aside, and how much leaning costs nothing there.
 #[derive(Clone, Copy)]
 struct Aside {
+    /// The number of the share in [`SHARES`], and of the round.
+    number: (usize, usize),
     share: f64,
     slack: f64,
 }
@@ -57,7 +76,7 @@ struct Aside {
 impl Narrow<'_> {
     /// The best way near `ways`, which hold the path at its key places.
     pub(super) fn draw(&self, mut ways: Vec<Held>, observer: &dyn Observer) -> Vec<Held> {
-        for share in SHARES {
+        for (size, share) in SHARES.into_iter().enumerate() {
             let slack = if share > SHARES[5] {
                 SLACK * share
             } else {
@@ -68,7 +87,12 @@ impl Narrow<'_> {
                 if observer.cancelled() {
                     return ways;
                 }
-                ways = self.round(&ways, Aside { share, slack }, round % 2 == 1);
+                let aside = Aside {
+                    number: (size, round),
+                    share,
+                    slack,
+                };
+                ways = self.round(&ways, aside, round % 2 == 1);
                 let total = self.total(&ways, slack);
                 // both halves of the windows have had their turn
                 if round % 2 == 1 && total > (1.0 - GAIN) * before {
@@ -149,7 +173,7 @@ impl Narrow<'_> {
         ends.push(last);
         let drawn: Vec<Vec<Held>> = ends
             .par_windows(2)
-            .map(|ends| self.window(ways, [ends[0], ends[1]], aside))
+            .map(|ends| self.known_window(ways, [ends[0], ends[1]], aside))
             .collect();
         // a window's first place is the last one of the window before
         let mut all: Vec<Held> = Vec::with_capacity(ways.len());
@@ -160,18 +184,61 @@ impl Narrow<'_> {
         all
     }
 
+    /// The best way between two key places, as it was drawn before where nothing has changed.
+    fn known_window(&self, ways: &[Held], [from, to]: [usize; 2], aside: Aside) -> Vec<Held> {
+        let asked = Window {
+            ways: ways[from..=to].to_vec(),
+            guarded: (from..=to).map(|i| self.guarded.get(&i).copied()).collect(),
+            followed: (from..=to).map(|i| self.followed.contains(&i)).collect(),
+            found: Vec::new(),
+        };
+        let (size, round) = aside.number;
+        let same = |w: &&Window| {
+            w.ways == asked.ways && w.guarded == asked.guarded && w.followed == asked.followed
+        };
+        let known = |round: usize| {
+            let drawn = self.drawn.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let window = drawn.get(&(size, round, from)).filter(same);
+            window.map(|w| w.found.clone())
+        };
+        // two rounds before the same places lay between the same ends
+        let before = round.checked_sub(2).and_then(known);
+        let found = known(round).or(before);
+        let found = found.unwrap_or_else(|| self.window(ways, [from, to], aside));
+        let window = Window {
+            found: found.clone(),
+            ..asked
+        };
+        let mut drawn = self.drawn.0.lock().unwrap_or_else(PoisonError::into_inner);
+        drawn.insert((size, round, from), window);
+        found
+    }
+
     /// The best way between two key places, which stand but at the ends of the run.
     fn window(&self, ways: &[Held], [from, to]: [usize; 2], aside: Aside) -> Vec<Held> {
-        let nodes: Vec<Vec<Node>> = (from..=to)
+        let mut nodes: Vec<Vec<Node>> = (from..=to)
             .map(|i| {
                 let stands = (i == from && from > 0) || (i == to && i + 1 < ways.len());
                 let rate = match i.checked_sub(1) {
                     Some(before) => self.rate(ways[before].length, ways[i].length),
                     None => 0.0,
                 };
-                self.nodes((i, &ways[i]), rate, aside, stands)
+                self.nodes(&ways[i], rate, aside, stands)
             })
             .collect();
+        let mut looked = vec![false; nodes.len()];
+        loop {
+            let found = self.best(&nodes, from);
+            let touched = self.touched(&mut nodes, &found, from, &mut looked);
+            if !touched {
+                let held = nodes.iter().zip(found).map(|(nodes, at)| nodes[at].held);
+                return held.collect();
+            }
+        }
+    }
+
+    /// Which of the nodes at each key place from `from` on the best way goes through.
+    fn best(&self, nodes: &[Vec<Node>], from: usize) -> Vec<usize> {
         let mut totals: Vec<f64> = vec![0.0; nodes[0].len()];
         let mut steps: Vec<Vec<u8>> = vec![vec![0; nodes[0].len()]];
         for (k, pair) in nodes.windows(2).enumerate() {
@@ -186,38 +253,81 @@ impl Narrow<'_> {
         let best = totals.iter().enumerate();
         let mut at = best.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
         let mut found = Vec::with_capacity(nodes.len());
-        for (nodes, step) in nodes.iter().zip(&steps).rev() {
-            found.push(nodes[at].held);
+        for step in steps.iter().rev() {
+            found.push(at);
             at = usize::from(step[at]);
         }
         found.reverse();
         found
     }
 
+    /// Takes out nodes that touch something at guarded key places where the way that was `found` does; whether there were such.
+    fn touched(
+        &self,
+        nodes: &mut [Vec<Node>],
+        found: &[usize],
+        from: usize,
+        looked: &mut [bool],
+    ) -> bool {
+        let Some(guard) = self.guard else {
+            return false;
+        };
+        let mut touched = false;
+        for (k, (nodes, at)) in nodes.iter_mut().zip(found).enumerate() {
+            let Some(more) = self.guarded.get(&(from + k)) else {
+                continue;
+            };
+            // what stands, or was looked at, is as it is
+            if looked[k] || nodes.len() == 1 {
+                continue;
+            }
+            let room = |n: &Node| {
+                let command = self.chain.command_at(n.held.length);
+                let values = Values::of(n.held.joints, n.held.choice.external);
+                guard(command, &values, *more)
+            };
+            if room(&nodes[*at]) < 0.0 {
+                keep_clear(nodes, room);
+                looked[k] = true;
+                touched = true;
+            }
+        }
+        touched
+    }
+
     /// The least cost of a way that comes from one of those before, and which.
     fn led(&self, before: &[Node], totals: &[f64], node: &Node, followed: bool) -> (f64, u8) {
+        // what a way costs but for its haste, and that
         let cost = |i: usize| {
             let from = &before[i].held;
             let gone = node.held.length - from.length;
             let motion = motion(&from.joints, &node.held.joints, step_over(gone))?;
             let moved = choice::travel(from.choice.external, node.held.choice.external);
-            let haste = self.haste(from, &node.held, node.rate);
-            Some((
-                totals[i] + (motion + moved) / gone + (node.cost + haste) * gone,
-                i as u8,
-            ))
+            Some(totals[i] + (motion + moved) / gone + node.cost * gone)
         };
-        let found = (0..before.len()).filter_map(cost);
-        let cheaper = |a: &(f64, u8), b: &(f64, u8)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        let best = if followed {
-            let mut found: Vec<_> = found.collect();
-            found.sort_by(cheaper);
+        let haste = |i: usize| {
+            let from = &before[i].held;
+            self.haste(from, &node.held, node.rate) * (node.held.length - from.length)
+        };
+        if followed {
+            let all = (0..before.len()).filter_map(|i| Some((cost(i)? + haste(i), i as u8)));
+            let mut found: Vec<_> = all.collect();
+            found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let mut found = found.into_iter();
-            found.find(|(_, i)| self.leads(&before[usize::from(*i)].held, &node.held))
-        } else {
-            found.min_by(cheaper)
-        };
-        best.unwrap_or((f64::INFINITY, 0))
+            let led = found.find(|(_, i)| self.leads(&before[usize::from(*i)].held, &node.held));
+            return led.unwrap_or((f64::INFINITY, 0));
+        }
+        let mut best = (f64::INFINITY, 0);
+        for i in 0..before.len() {
+            // haste costs nothing or more: what is dearer without it need not be asked for it
+            if let Some(least) = cost(i).filter(|least| *least < best.0) {
+                let total = least + haste(i);
+                if total < best.0 {
+                    best = (total, i as u8);
+                }
+            }
+        }
+        best
     }
 
     fn leads(&self, from: &Held, to: &Held) -> bool {
@@ -228,13 +338,7 @@ impl Narrow<'_> {
     }
 
     /// What may be chosen at a key place, what is chosen first.
-    fn nodes(
-        &self,
-        (place, way): (usize, &Held),
-        rate: f64,
-        aside: Aside,
-        stands: bool,
-    ) -> Vec<Node> {
+    fn nodes(&self, way: &Held, rate: f64, aside: Aside, stands: bool) -> Vec<Node> {
         let (tip, _) = self.chain.at(way.length);
         let mut nodes = vec![Node {
             held: *way,
@@ -272,12 +376,6 @@ impl Narrow<'_> {
                     rate,
                 });
             }
-        }
-        if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&place)) {
-            let command = self.chain.command_at(way.length);
-            keep_clear(&mut nodes, |n| {
-                guard(command, &Values::of(n.held.joints, n.held.choice.external)) - more
-            });
         }
         nodes
     }

@@ -47,8 +47,9 @@ pub enum Axes<'a> {
     },
 }
 
-/// How much room is left beyond what is asked for while a command is executed and the cell stands so, mm; below zero where that is less.
-pub type Guard<'a> = &'a (dyn Fn(u32, &Values) -> f64 + Sync);
+/// How much room is left beyond what is asked for, and so much more, while a command is executed and the cell stands so, mm. Exact below zero;
+/// what is above may be told as less.
+pub type Guard<'a> = &'a (dyn Fn(u32, &Values, f64) -> f64 + Sync);
 
 /// Ways that come nearer than they may, where none keeps away, are those within this of the best, mm.
 const ALIKE: f64 = 1.0;

@@ -25,6 +25,8 @@ pub(super) const SLACK: f64 = 0.7 * TAU / 18.0;
 const LEANING: f64 = 0.35;
 /// Between key places so far apart the axes may go two steps, mm.
 const LONG: f64 = 80.0;
+/// How many ways are asked for their room at once.
+const ASKED: usize = 128;
 /// Starts far from rest cost this much per square: only where nothing else decides.
 const REST: f64 = 1e-9;
 
@@ -275,10 +277,10 @@ impl<'a> Wide<'a> {
         let (tip, _) = self.chain.at(length);
         let before = place.checked_sub(1).map(|i| &self.layers[i][..]);
         let gone = length - place.checked_sub(1).map_or(0.0, |i| self.lengths[i]);
-        let nodes = self.nodes(place, tip, self.tried(before, gone))?;
+        let nodes = self.nodes(tip, self.tried(before, gone))?;
         let Some(before) = before else {
             let begun = nodes.iter().map(|n| self.begun(n)).collect();
-            return Ok(self.cut(begun));
+            return Ok(self.cut(place, begun));
         };
         let of_cubes: Vec<&[Node]> = nodes.chunk_by(|a, b| a.cube == b.cube).collect();
         let led: Vec<Vec<Kept>> = of_cubes
@@ -291,7 +293,7 @@ impl<'a> Wide<'a> {
                 led.flatten().collect()
             })
             .collect();
-        let kept = self.cut(led.into_iter().flatten().collect());
+        let kept = self.cut(place, led.into_iter().flatten().collect());
         if kept.is_empty() {
             return Err(Why::Change);
         }
@@ -328,7 +330,6 @@ impl<'a> Wide<'a> {
     /// The ways at a key place, in order of their cubes.
     fn nodes(
         &self,
-        place: usize,
         tip: Pose,
         tried: BTreeMap<Cube, [bool; HEADINGS as usize]>,
     ) -> Result<Vec<Node>, Why> {
@@ -363,12 +364,6 @@ impl<'a> Wide<'a> {
         }
         if nodes.is_empty() {
             return Err(why.unwrap_or(Why::Change));
-        }
-        if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&place)) {
-            let command = self.chain.command_at(self.lengths[place]);
-            keep_clear(&mut nodes, |n| {
-                guard(command, &Values::of(n.joints, self.grid.value(n.cube))) - more
-            });
         }
         Ok(nodes)
     }
@@ -504,19 +499,66 @@ impl<'a> Wide<'a> {
         found.is_some_and(|f| is_same(&f.joints, &to.joints))
     }
 
-    /// The best ways, in order of their cubes: some at each place of the axes, so many in all.
-    fn cut(&self, mut ways: Vec<Kept>) -> Vec<Kept> {
+    /// The best ways at a key place, in order of their cubes: some at each place of the axes, so many in all, and only such as touch nothing where
+    /// it is guarded; where all of them do, those that have most room.
+    fn cut(&self, place: usize, mut ways: Vec<Kept>) -> Vec<Kept> {
         let order = |k: &Kept| (k.cube, k.heading);
         ways.sort_by(|a, b| a.total.total_cmp(&b.total).then(order(a).cmp(&order(b))));
-        let mut count = BTreeMap::<Cube, usize>::new();
-        ways.retain(|k| {
-            let at_cube = count.entry(k.cube).or_insert(0);
-            *at_cube += 1;
-            *at_cube <= self.beam.at_cell
-        });
-        ways.truncate(self.beam.all);
-        ways.sort_by(|a, b| order(a).cmp(&order(b)).then(a.total.total_cmp(&b.total)));
-        ways
+        let guarded = self.guard.zip(self.guarded.get(&place));
+        let mut kept = if let Some((guard, more)) = guarded {
+            let command = self.chain.command_at(self.lengths[place]);
+            let room = |k: &Kept| {
+                let values = Values::of(k.joints(), self.grid.value(k.cube));
+                guard(command, &values, *more)
+            };
+            self.cut_clear(ways, room)
+        } else {
+            let mut count = BTreeMap::new();
+            ways.retain(|k| self.takes(&mut count, k.cube));
+            ways.truncate(self.beam.all);
+            ways
+        };
+        kept.sort_by(|a, b| order(a).cmp(&order(b)).then(a.total.total_cmp(&b.total)));
+        kept
+    }
+
+    /// Whether one more is kept at a place of the axes.
+    fn takes(&self, count: &mut BTreeMap<Cube, usize>, cube: Cube) -> bool {
+        let at_cube = count.entry(cube).or_insert(0);
+        *at_cube += 1;
+        *at_cube <= self.beam.at_cell
+    }
+
+    /// The best of `ways`, which stand in order, that have room; only so many are asked for it as are needed.
+    fn cut_clear(
+        &self,
+        mut ways: Vec<Kept>,
+        room: impl Fn(&Kept) -> f64 + Send + Sync,
+    ) -> Vec<Kept> {
+        let mut count = BTreeMap::new();
+        let mut kept = Vec::new();
+        for some in ways.chunks(ASKED) {
+            let full = |k: &&Kept| count.get(&k.cube).is_none_or(|n| *n < self.beam.at_cell);
+            let open: Vec<&Kept> = some.iter().filter(full).collect();
+            let rooms: Vec<f64> = open.par_iter().map(|k| room(k)).collect();
+            for (k, room) in open.into_iter().zip(rooms) {
+                if room >= 0.0 && self.takes(&mut count, k.cube) {
+                    kept.push(*k);
+                }
+            }
+            if kept.len() >= self.beam.all {
+                kept.truncate(self.beam.all);
+                break;
+            }
+        }
+        if kept.is_empty() {
+            keep_clear(&mut ways, room);
+            let mut count = BTreeMap::new();
+            ways.retain(|k| self.takes(&mut count, k.cube));
+            ways.truncate(self.beam.all);
+            return ways;
+        }
+        kept
     }
 }
 

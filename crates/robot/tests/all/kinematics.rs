@@ -234,10 +234,80 @@ fn the_wrist_is_as_far_from_straight_as_its_joint_says() {
 #[test]
 fn shapes_without_a_source_are_guessed() {
     let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
-    assert!(cell::read(text).unwrap().shapes_are_guessed());
+    assert!(cell::read(text).unwrap().guessed_shapes().is_some());
     let vouched = text.replacen("[shapes]", "[shapes]\nsource = \"measured\"", 1);
     assert_ne!(vouched, text);
-    assert!(!cell::read(&vouched).unwrap().shapes_are_guessed());
+    assert_eq!(cell::read(&vouched).unwrap().guessed_shapes(), None);
+}
+
+/// A joint on a border of its words stands as either side says within the digits of a program, and no farther off.
+#[test]
+fn a_joint_on_a_border_is_on_both_sides() {
+    let cell = cell::read(find(robots::ALL, "fanuc-arcmate-120ic").unwrap().text).unwrap();
+    let at = |sixth: f64| [0.1, 0.2, 0.1, 0.2, 0.8, sixth.to_radians()];
+    let [below, beyond] = [179.0, 181.0].map(|j| cell.stance(at(j)).unwrap());
+    assert_ne!(below, beyond);
+    for (sixth, both) in [
+        (179.95, false),
+        (179.997, true),
+        (180.003, true),
+        (180.05, false),
+    ] {
+        let own = if sixth < 180.0 {
+            [below, beyond]
+        } else {
+            [beyond, below]
+        };
+        assert!(cell.stands(at(sixth), &own[0]) && !cell.stands(at(sixth), &own[1]));
+        assert!(cell.stands_within_digits(at(sixth), &own[0]));
+        assert_eq!(
+            cell.stands_within_digits(at(sixth), &own[1]),
+            both,
+            "{sixth}"
+        );
+    }
+}
+
+/// A table is as deep as its file says; one that stands reaches the floor, and how deep one on a positioner is is a guess where nobody says.
+#[test]
+fn a_table_is_as_deep_as_it_is_written() {
+    let deep = |text: &str| {
+        let cell = cell::read(text).unwrap();
+        let thickness = cell.shapes.as_ref().unwrap().table.unwrap().thickness;
+        (thickness, cell.guessed_shapes())
+    };
+    let of = |name: &str| find(robots::ALL, name).unwrap().text;
+    let vouched = |text: &str| text.replacen("[shapes]", "[shapes]\nsource = \"measured\"", 1);
+    let silent = |text: &str| {
+        let lines = text.lines().filter(|l| !l.starts_with("table_thickness"));
+        lines.collect::<Vec<&str>>().join("\n")
+    };
+    let standing = vouched(of("abb-irb2600-12-185"));
+    assert_eq!(deep(&standing), (2000.0, None));
+    assert_eq!(deep(&silent(&standing)), (2000.0, None));
+    let turning = vouched(of("fanuc-arcmate-120ic"));
+    assert_eq!(deep(&turning), (100.0, None));
+    assert_eq!(
+        deep(&silent(&turning)),
+        (100.0, Some("shapes (table_thickness)".to_owned()))
+    );
+}
+
+#[test]
+fn a_table_without_sides_or_of_no_depth_is_refused() {
+    let text = find(robots::ALL, "fanuc-arcmate-120ic").unwrap().text;
+    let refused = |from: &str, to: &str| {
+        assert!(text.contains(from));
+        let problems = cell::read(&text.replacen(from, to, 1)).unwrap_err();
+        format!("{problems:?}")
+    };
+    let negative = refused(
+        "table_thickness = \"100 mm\"",
+        "table_thickness = \"-100 mm\"",
+    );
+    assert!(negative.contains("table_thickness"), "{negative}");
+    let alone = refused("table = [\"1000 mm\", \"1000 mm\"]", "");
+    assert!(alone.contains("not how large the table is"), "{alone}");
 }
 
 /// A search from many starts finds nothing that the closed form lacks.

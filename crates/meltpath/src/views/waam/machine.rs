@@ -16,8 +16,8 @@ const LINE: f64 = 20.0;
 /// Sides of round shapes.
 const SIDES: u32 = 24;
 
-/// Thickness of the table as it is drawn, mm.
-const TABLE: f64 = 20.0;
+/// Thickness of a table as it is drawn, mm: one that reaches the floor would hide what stands behind it.
+const TABLE: f64 = 100.0;
 
 /// The bodies so far, and the columns of their axes.
 #[derive(Default)]
@@ -160,11 +160,12 @@ fn torch(shapes: Option<&Shapes>, flange_from_torch: Option<Pose>) -> Mesh {
 
 /// The table, its upper side at zero; nothing where its size is not told.
 fn table(shapes: Option<&Shapes>) -> Mesh {
-    let Some([x, y]) = shapes.and_then(|s| s.table) else {
+    let Some(table) = shapes.and_then(|s| s.table) else {
         return Mesh::default();
     };
+    let [x, y] = table.size;
     let half = DVec3::new(0.5 * x, 0.5 * y, 0.0);
-    cuboid(-half - TABLE * DVec3::Z, half)
+    cuboid(-half - table.thickness.min(TABLE) * DVec3::Z, half)
 }
 
 fn add(mesh: &mut Mesh, other: Mesh) {

@@ -21,7 +21,7 @@ use crate::views::write_csv;
 use crate::waam::drive::lean;
 use crate::waam::settings::Settings;
 use crate::waam::surface::Asked;
-use crate::waam::surface::ground::standing;
+use crate::waam::surface::ground::shown;
 use crate::waam::surface::grow::outcomes;
 use crate::waam::surface::wall::Wall;
 
@@ -182,7 +182,7 @@ fn metal(wall: &Wall) -> Option<Surface> {
 /// The 3D scene: metal, surface, passes, torch, travels.
 pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
     let mesh = &wall.mesh;
-    let shown = (mesh.triangles.len() <= SHOWN_TRIANGLES).then(|| Surface {
+    let part = (mesh.triangles.len() <= SHOWN_TRIANGLES).then(|| Surface {
         name: "surface".to_owned(),
         mesh: mesh.clone(),
         scalars: Vec::new(),
@@ -190,7 +190,7 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
         visibility: Visibility::Hidden,
     });
     // while a film shows a moment before the end there is no metal but the beads
-    let body = standing(&wall.plan).map(|mesh| Surface {
+    let body = shown(&wall.plan, &wall.standing.holders).map(|mesh| Surface {
         name: "what it stands on".to_owned(),
         mesh,
         scalars: Vec::new(),
@@ -205,7 +205,7 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
     }
     Scene {
         lines,
-        surfaces: metal(wall).into_iter().chain(body).chain(shown).collect(),
+        surfaces: metal(wall).into_iter().chain(body).chain(part).collect(),
         heights: None,
         machine: None,
     }

@@ -5,23 +5,23 @@ use std::sync::Arc;
 
 use meltpath_base::{Observer, Quiet, Reporter};
 use meltpath_geometry::Pose;
-use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{
     Axis, Coordinates, Instruction, MotionKind, Position, PositionRef,
 };
 use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
 use meltpath_robot::cell::{Cell, External, Stance, Values};
-use meltpath_robot::collision::{self, Clearance, Cleared, Metal, Surroundings, hold_clear};
-use meltpath_robot::command::{Kind, Source};
+use meltpath_robot::collision::{self, Clearance, Cleared, Surroundings, hold_clear};
+use meltpath_robot::command::Kind;
 use meltpath_robot::posture::{self, Change, End, Follower, Held, NotHeld, Rotation, Task, hold};
 use meltpath_toolpath::Toolpath;
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::ArmWay;
-use crate::waam::drive::columns as metal;
 use crate::waam::drive::divide;
 use crate::waam::drive::division::Division;
+use crate::waam::drive::expected::{expected, metal_at};
 use crate::waam::drive::over;
+use crate::waam::drive::site::Site;
 use crate::waam::program::wanted::{Asked, Torch};
 use crate::waam::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
 use crate::waam::settings::Settings;
@@ -44,16 +44,17 @@ pub(in crate::waam) fn write(
     name: &str,
     toolpath: &Toolpath,
     asked: Asked,
-    settings: &Settings,
+    site: Site<'_>,
     known: Option<&Arc<ArmWay>>,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<Programs, ProgramStageError> {
+    let settings = site.settings;
     let turned = turned(toolpath, settings);
     let toolpath = turned.as_ref().unwrap_or(toolpath);
     let mut built = program::make(name, toolpath, asked, settings, reporter)?;
     let chosen = choose(
         (&mut built.programs, &built.schedules),
-        settings,
+        site,
         known,
         observer,
     )?;
@@ -99,10 +100,11 @@ fn says_track(cell: &Cell, settings: &Settings) -> bool {
 /// they are: [`along`] tells why.
 fn choose(
     (programs, schedules): (&mut [Program], &[Schedule]),
-    settings: &Settings,
+    site: Site<'_>,
     known: Option<&Arc<ArmWay>>,
     observer: &dyn Observer,
 ) -> Result<Chosen, ProgramStageError> {
+    let settings = site.settings;
     let Some(cell) = &settings.robot else {
         return Ok(Chosen::default());
     };
@@ -115,7 +117,7 @@ fn choose(
     let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
     let found = match known {
         Some(way) => Ok((moves, Arc::clone(way), Vec::new())),
-        None => looked_for((programs, schedules), moves, settings, observer)?,
+        None => looked_for((programs, schedules), moves, site, observer)?,
     };
     let (moves, way, over) = match found {
         Ok(found) => found,
@@ -185,16 +187,17 @@ type Found = (Commands, Arc<ArmWay>, Vec<Change>);
 fn looked_for(
     (programs, schedules): (&mut [Program], &[Schedule]),
     moves: Commands,
-    settings: &Settings,
+    site: Site<'_>,
     observer: &dyn Observer,
 ) -> Result<Result<Found, Vec<Division>>, ProgramStageError> {
+    let settings = site.settings;
     let none = Err(Vec::new());
     let Some(cell) = &settings.robot else {
         return Ok(none);
     };
     let any = BTreeMap::new();
     let task = free(cell, &moves, settings, &any);
-    let cleared = held(&task, &moves, settings, observer);
+    let cleared = held(&task, &moves, site, observer);
     observer.check()?;
     if let Ok(cleared) = cleared {
         let way = ArmWay::along((moves.start, &moves.commands), cleared);
@@ -225,7 +228,7 @@ fn looked_for(
         }
         let raised = commands(programs, schedules, settings, &Reporter::new())?;
         let task = free(cell, &raised, settings, &any);
-        let room = room_over(&task, &raised, settings, observer);
+        let room = room_over(&task, &raised, site, observer);
         observer.check()?;
         let Some(room) = room else { continue };
         if best.is_none_or(|(most, _)| room > most + SPARE) {
@@ -244,7 +247,7 @@ fn looked_for(
     let cleared = held(
         &free(cell, &raised, settings, &any),
         &raised,
-        settings,
+        site,
         observer,
     );
     observer.check()?;
@@ -261,10 +264,11 @@ fn looked_for(
 fn room_over(
     task: &Task<'_>,
     moves: &Commands,
-    settings: &Settings,
+    site: Site<'_>,
     observer: &dyn Observer,
 ) -> Option<f64> {
-    let metal = expected(moves, settings);
+    let settings = site.settings;
+    let metal = expected(moves, site);
     let (Some(shapes), Some(_)) = (&task.cell.shapes, metal.first()) else {
         return hold(task, &Quiet(observer)).is_ok().then_some(0.0);
     };
@@ -282,11 +286,12 @@ fn room_over(
 fn held(
     task: &Task<'_>,
     moves: &Commands,
-    settings: &Settings,
+    site: Site<'_>,
     observer: &dyn Observer,
 ) -> Result<Cleared, NotHeld> {
     observer.stage("way of the robot", 0);
-    let metal = expected(moves, settings);
+    let settings = site.settings;
+    let metal = expected(moves, site);
     match (&task.cell.shapes, metal.first()) {
         (Some(shapes), Some(_)) => {
             let at = |command| metal_at(moves, &metal, command);
@@ -303,49 +308,6 @@ fn held(
             found: Clearance::Kept,
         }),
     }
-}
-
-/// The metal, of which there is some, while a command is executed; while a layer is laid its metal counts as laid already.
-pub(in crate::waam) fn metal_at<'a>(
-    moves: &Commands,
-    metal: &'a [(u32, Metal)],
-    command: u32,
-) -> &'a Metal {
-    let layer = moves.layer_of_command.get(command as usize);
-    let until = metal.partition_point(|(l, _)| layer.is_some_and(|layer| l <= layer));
-    &metal[until.saturating_sub(1)].1
-}
-
-/// The metal after each layer as the beads are commanded, a bead high over the wire's tip, down to the plate.
-fn expected(moves: &Commands, settings: &Settings) -> Vec<(u32, Metal)> {
-    if settings.robot.as_ref().is_none_or(|r| r.shapes.is_none()) {
-        return Vec::new();
-    }
-    let bead = &settings.bead;
-    let (half, high) = (0.5 * bead.width.value, bead.height.value);
-    let mut beads: Vec<(u32, [DVec3; 2])> = Vec::new();
-    let mut here = moves.start.position;
-    for (command, layer) in moves.commands.iter().zip(&moves.layer_of_command) {
-        if matches!(command.kind, Kind::Wait { .. }) {
-            continue;
-        }
-        if matches!(command.source, Source::On { .. }) {
-            let wire = command.orientation * DVec3::Z;
-            let mut bead = |from: DVec3, to: DVec3| {
-                // a bead that is laid aslant reaches over its middle by half of its width
-                let across = (to - from).cross(wire).normalize_or_zero();
-                let up = half * across.z.abs() * DVec3::Z;
-                beads.push((*layer, [from + up, to + up]));
-            };
-            if let Kind::Arc { via } = command.kind {
-                bead(here, via);
-                here = via;
-            }
-            bead(here, command.target);
-        }
-        here = command.target;
-    }
-    metal::columns(&beads, (half, high)).unwrap_or_default()
 }
 
 /// Track and positioner at the end of each command.

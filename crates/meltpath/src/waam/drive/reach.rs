@@ -15,10 +15,9 @@ use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why
 use crate::waam::drive::axes::{axis, guessed, shown};
 use crate::waam::drive::division;
 use crate::waam::drive::driven;
+use crate::waam::drive::expected::metal_at;
 use crate::waam::drive::film::{self, Film, Step};
-use crate::waam::drive::hold::{
-    Positions, ends, followed, metal_at, named, stance, task, written_stance,
-};
+use crate::waam::drive::hold::{Positions, ends, followed, named, stance, task, written_stance};
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
@@ -91,7 +90,14 @@ pub(in crate::waam) fn along(
             let written = positions
                 .at(&mut programs, moves, &reached)
                 .and_then(|p| written_stance(p, cell, (reached.tip, reached.external)));
-            if written.is_some_and(|w| !cell.stands(reached.joints, &w)) {
+            let stands = |w: &Stance| {
+                if joint_move(moves, reached.command) {
+                    cell.stands(reached.joints, w)
+                } else {
+                    cell.stands_within_digits(reached.joints, w)
+                }
+            };
+            if written.is_some_and(|w| !stands(&w)) {
                 let place = || moves.place(reached.command.unwrap_or(0), reached.tip.position);
                 along.differing.get_or_insert_with(|| (0, place())).0 += 1;
             }
@@ -269,8 +275,8 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
         Some(_) => check,
         None => check.because("the table is not checked: shapes.table is not written"),
     };
-    let shapes = cell.shapes_are_guessed().then(|| "shapes".to_owned());
-    let guesses: Vec<String> = cell.guesses().into_iter().chain(shapes).collect();
+    let guesses = cell.guesses().into_iter().chain(cell.guessed_shapes());
+    let guesses: Vec<String> = guesses.collect();
     guessed(check, &guesses)
 }
 
@@ -415,13 +421,16 @@ fn why(not: &NotHeld) -> (String, String) {
     }
 }
 
+/// Whether a command is a joint move.
+fn joint_move(moves: &Commands, command: Option<u32>) -> bool {
+    let command = command.and_then(|c| moves.commands.get(c as usize));
+    command.is_some_and(|c| matches!(c.kind, Kind::Joint(_)))
+}
+
 /// Joint moves over which the arm goes to another way, and why.
 fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
-    let joint = |command: u32| {
-        let command = moves.commands.get(command as usize);
-        command.is_some_and(|c| matches!(c.kind, Kind::Joint(_)))
-    };
-    let seen = along.changes.iter().map(|c| c.0).filter(|c| joint(*c));
+    let seen = along.changes.iter().map(|c| c.0);
+    let seen = seen.filter(|c| joint_move(moves, Some(*c)));
     let all: BTreeSet<u32> = seen.chain(moves.over.iter().map(|o| o.command)).collect();
     let place = |command: u32| {
         let target = moves.commands.get(command as usize).map(|c| c.target);

@@ -6,6 +6,7 @@ use meltpath_robot::command::{Smoothing, Source};
 
 use crate::stages::part::Part;
 use crate::waam::drive::division;
+use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::Loaded;
 use crate::waam::plan::mend::ways;
@@ -56,7 +57,7 @@ pub(in crate::waam) fn own_plan(
         let read = read_back(
             &loaded.name,
             &mut plan.toolpath,
-            &settings,
+            Site::flat(&settings),
             (&silent, &quiet),
         );
         let Ok((_, planned)) = read else {

@@ -6,6 +6,7 @@ use meltpath_toolpath::Toolpath;
 use crate::stages::part::Part;
 use crate::waam::drive::divide;
 use crate::waam::drive::hold;
+use crate::waam::drive::site::Site;
 use crate::waam::drive::travels;
 use crate::waam::error::WaamError;
 use crate::waam::plan::{self, Plan};
@@ -31,7 +32,8 @@ pub(in crate::waam) fn planned(
 ) -> Result<Planned, WaamError> {
     let mut plan = plan::plan(part, settings, reporter, observer)?;
     let told = (reporter, observer);
-    let (programs, commands) = read_back(name, &mut plan.toolpath, settings, told)?;
+    let site = Site::flat(settings);
+    let (programs, commands) = read_back(name, &mut plan.toolpath, site, told)?;
     Ok(Planned {
         plan,
         programs,
@@ -47,10 +49,10 @@ const ROUNDS: usize = 4;
 pub(in crate::waam) fn read_back(
     name: &str,
     toolpath: &mut Toolpath,
-    settings: &Settings,
+    site: Site<'_>,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<(Programs, Commands), WaamError> {
-    let whole = written(name, toolpath, settings, (reporter, observer))?;
+    let whole = written(name, toolpath, site, (reporter, observer))?;
     let mut divisions = whole.0.chosen.divisions.clone();
     let (mut known, mut tried) = (Vec::new(), toolpath.clone());
     for _ in 0..ROUNDS {
@@ -63,8 +65,7 @@ pub(in crate::waam) fn read_back(
         tried = divided;
         known = divide::counted(&known, &divisions);
         // what is to be told of the plan was told of the whole beads
-        let (programs, mut commands) =
-            written(name, &tried, settings, (&Reporter::new(), observer))?;
+        let (programs, mut commands) = written(name, &tried, site, (&Reporter::new(), observer))?;
         if programs.chosen.way.is_some() {
             commands.divided = known;
             *toolpath = tried;
@@ -79,15 +80,16 @@ pub(in crate::waam) fn read_back(
 fn written(
     name: &str,
     toolpath: &Toolpath,
-    settings: &Settings,
+    site: Site<'_>,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<(Programs, Commands), WaamError> {
+    let settings = site.settings;
     let own = settings.cell.program.dialect.value;
     let programs = hold::write(
         name,
         toolpath,
         (own, Wanted::WHOLE),
-        settings,
+        site,
         None,
         (reporter, observer),
     )?;

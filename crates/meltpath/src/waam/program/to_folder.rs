@@ -10,6 +10,7 @@ use meltpath_toolpath::Toolpath;
 
 use crate::waam::drive::division;
 use crate::waam::drive::hold;
+use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, load};
 use crate::waam::plan::mend::settle;
@@ -42,6 +43,18 @@ pub fn program_to_folder(
         settle(&mut loaded, &part, &Reporter::new(), observer)?;
     }
     let settings = &loaded.settings;
+    let standing = match &settings.surface {
+        Some(asked) => {
+            // what is to be told of it was told when it was planned
+            let placed = wall::placed(&loaded, asked, &Reporter::new(), observer)?;
+            Some(placed.standing)
+        }
+        None => None,
+    };
+    let site = Site {
+        settings,
+        standing: standing.as_ref(),
+    };
     let own = settings.cell.program.dialect.value;
     let dialects = match &settings.programs[..] {
         [] => &[own],
@@ -54,7 +67,7 @@ pub fn program_to_folder(
             &loaded.name,
             &toolpath,
             (dialect, wanted),
-            settings,
+            site,
             way.as_ref(),
             (reporter, observer),
         )?;

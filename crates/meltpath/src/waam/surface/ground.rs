@@ -1,10 +1,16 @@
 //! What layers that are not flat stand on, as a mesh: under the metal, in collisions, and to look at.
 
 use meltpath_geometry::Mesh;
-use meltpath_geometry::math::DVec3;
+use meltpath_geometry::math::{DAffine3, DVec3};
 use meltpath_planning::surface::Base;
 
 use super::plan::{Ground, SurfacePlan};
+use crate::waam::drive::solids::Standing;
+use crate::waam::settings::Settings;
+use crate::waam::settings::holder::Holder;
+
+/// How far a plate reaches around what stands on it where its size is not told, mm.
+const AROUND: f64 = 25.0;
 
 /// What a plane is the top of, mm thick.
 const SLAB: f64 = 4.0;
@@ -28,6 +34,87 @@ pub(crate) fn standing(plan: &SurfacePlan) -> Option<Mesh> {
         (low.min(z), high.max(z))
     });
     (low < high).then(|| cylinder(origin + low * axis, (high - low) * axis, radius))
+}
+
+/// All that stands there before the first pass, for collisions: the body or the cylinder, the plate, and what holds them. Holders are written in
+/// the coordinates of the file.
+pub(in crate::waam) fn stands(
+    plan: &SurfacePlan,
+    settings: &Settings,
+    build_from_file: &DAffine3,
+) -> Standing {
+    let body = standing(plan);
+    let plate = plate(plan, body.as_ref(), settings);
+    let placed = |holder: &Holder| Holder {
+        ends: holder.ends.map(|p| build_from_file.transform_point3(p)),
+        ..*holder
+    };
+    let holders: Vec<Holder> = settings.holders.iter().map(placed).collect();
+    let round = holders.iter().map(round);
+    Standing {
+        meshes: body.into_iter().chain(plate).chain(round).collect(),
+        holders,
+    }
+}
+
+/// The plate under a base or a body; nothing where there is none.
+fn plate(plan: &SurfacePlan, body: Option<&Mesh>, settings: &Settings) -> Option<Mesh> {
+    if settings.plate_thickness <= 0.0 {
+        return None;
+    }
+    let (top, up) = match &plan.ground {
+        Ground::Base(Base::Plane { origin, normal }) => (*origin, normal.normalize_or(DVec3::Z)),
+        Ground::Base(Base::Cylinder { .. }) | Ground::Body(_) => (DVec3::ZERO, DVec3::Z),
+    };
+    // along the axes of the build where it lies level, as its size is written
+    let (u, v) = if up.dot(DVec3::Z) > 1.0 - 1e-9 {
+        (DVec3::X, DVec3::Y)
+    } else {
+        up.any_orthonormal_pair()
+    };
+    let passes = plan.passes.iter().flat_map(|p| &p.points);
+    let places = passes.map(|p| p.position);
+    let places = places.chain(body.into_iter().flat_map(|b| b.vertices.iter().copied()));
+    let (low, high) = places.fold(
+        ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]),
+        |(low, high), p| {
+            let at = [u, v].map(|way| (p - top).dot(way));
+            let each = |f: fn(f64, f64) -> f64, a: [f64; 2]| [f(a[0], at[0]), f(a[1], at[1])];
+            (each(f64::min, low), each(f64::max, high))
+        },
+    );
+    if low[0] > high[0] {
+        return None;
+    }
+    let half = |i: usize| match settings.plate {
+        Some(size) => 0.5 * size[i],
+        None => 0.5 * (high[i] - low[i]) + AROUND,
+    };
+    let middle = top + 0.5 * (low[0] + high[0]) * u + 0.5 * (low[1] + high[1]) * v;
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let corner = |(a, b): (f64, f64)| middle + a * half(0) * u + b * half(1) * v;
+    let under = -settings.plate_thickness * up;
+    Some(prism(&corners.map(|c| corner(c) + under), -under))
+}
+
+/// What is shown of what stands there: the body, and what holds it.
+pub(crate) fn shown(plan: &SurfacePlan, holders: &[Holder]) -> Option<Mesh> {
+    standing(plan)
+        .into_iter()
+        .chain(holders.iter().map(round))
+        .reduce(|mut all, mesh| {
+            let first = all.vertices.len() as u32;
+            all.vertices.extend(mesh.vertices);
+            let moved = mesh.triangles.into_iter().map(|t| t.map(|v| v + first));
+            all.triangles.extend(moved);
+            all
+        })
+}
+
+/// A holder as a mesh.
+fn round(holder: &Holder) -> Mesh {
+    let [a, b] = holder.ends;
+    cylinder(a, b - a, holder.radius)
 }
 
 /// The body of a base, as far as a box needs it and farther.

@@ -5,11 +5,12 @@ use meltpath_base::{Observer, Reporter, Verdict};
 use meltpath_report::html::Report;
 
 use super::Asked;
-use super::ground::standing;
+use super::ground::shown;
 use super::plan::SurfacePlan;
 use super::wall::{Placed, placed, wall};
 use crate::outcome::{self, Examined, Outcome};
 use crate::views;
+use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, SHOWN_WARNINGS, subtitle};
 use crate::waam::plan::foretell;
@@ -44,7 +45,7 @@ pub(in crate::waam) fn run(
         provenance,
     };
     let way = (&wall.film, &wall.summary.commands[..]);
-    let body = standing(&wall.plan);
+    let body = shown(&wall.plan, &wall.standing.holders);
     let laid = (&wall.commands, body.as_ref());
     views::waam::cell::show(&folder, &mut report, settings, way, laid)?;
     outcome::tell(&folder, &report)?;
@@ -65,12 +66,19 @@ pub(in crate::waam) fn plan_only(
     observer: &dyn Observer,
 ) -> Result<(SurfacePlan, Vec<String>), WaamError> {
     let Placed {
-        mut plan, findings, ..
+        mut plan,
+        findings,
+        standing,
+        ..
     } = placed(loaded, asked, reporter, observer)?;
     if loaded.settings.robot.is_some() {
         // it may need beads divided
+        let site = Site {
+            settings: &loaded.settings,
+            standing: Some(&standing),
+        };
         let (name, told) = (&loaded.name, (reporter, observer));
-        read_back(name, &mut plan.toolpath, &loaded.settings, told)?;
+        read_back(name, &mut plan.toolpath, site, told)?;
     }
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut lines = vec![format!(

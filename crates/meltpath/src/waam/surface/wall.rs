@@ -2,30 +2,27 @@
 
 use meltpath_base::{Check, Fact, Observer, Reporter};
 use meltpath_geometry::Mesh;
-use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
-use meltpath_planning::surface::SurfacePoint;
 use meltpath_programs::TextFile;
 use meltpath_robot::Summary;
-use meltpath_robot::collision::Metal;
 
-use super::ground::standing;
+use super::ground::stands;
 use super::grow::{Grown, drive};
 use super::plan::{OntoMeshes, SurfacePlan, plan_layers, plan_wall};
-use super::{Asked, Shape, WallAsked, judge, metal};
+use super::{Asked, Shape, WallAsked, held, judge, metal};
 use crate::stages::onto::{self, Onto};
 use crate::stages::sheet::{self, Sheet};
-use crate::waam::deposit::target::lattice;
-use crate::waam::drive::columns;
+use crate::waam::drive::expected::expected;
 use crate::waam::drive::film::Film;
 use crate::waam::drive::reach;
 use crate::waam::drive::record::Sample;
+use crate::waam::drive::site::Site;
+use crate::waam::drive::solids::Standing;
 use crate::waam::error::WaamError;
 use crate::waam::judge::checks::{borrowed_check, fixed_torch_check, planned, range_check};
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::Commands;
-use crate::waam::settings::Settings;
 
 /// What is laid, with its plan.
 pub(crate) struct Placed {
@@ -36,6 +33,8 @@ pub(crate) struct Placed {
     /// What was found in the files, in words.
     pub(crate) findings: Vec<String>,
     pub(crate) plan: SurfacePlan,
+    /// What stands there before anything is laid.
+    pub(crate) standing: Standing,
 }
 
 /// Everything about layers that are not flat.
@@ -44,6 +43,8 @@ pub(crate) struct Wall {
     pub(crate) mesh: Mesh,
     pub(crate) findings: Vec<String>,
     pub(crate) plan: SurfacePlan,
+    /// What stands there before anything is laid.
+    pub(crate) standing: Standing,
     pub(crate) commands: Commands,
     pub(crate) samples: Vec<Sample>,
     /// Its metal, or why there is no room for it.
@@ -111,7 +112,7 @@ pub(in crate::waam) fn built(
 }
 
 /// What a job lays, read, placed and planned.
-pub(super) fn placed(
+pub(in crate::waam) fn placed(
     loaded: &Loaded,
     asked: &Asked,
     reporter: &Reporter,
@@ -121,12 +122,16 @@ pub(super) fn placed(
     let read = read(loaded, asked, reporter, observer)?;
     observer.stage("plan", 0);
     Ok(match read {
-        Read::Wall(sheet, wall) => Placed {
-            plan: plan_wall(&sheet, asked, (&wall, settings))?,
-            name: sheet.name,
-            mesh: sheet.mesh,
-            findings: sheet.findings,
-        },
+        Read::Wall(sheet, wall) => {
+            let plan = plan_wall(&sheet, asked, (&wall, settings))?;
+            Placed {
+                standing: stands(&plan, settings, &sheet.build_from_file),
+                plan,
+                name: sheet.name,
+                mesh: sheet.mesh,
+                findings: sheet.findings,
+            }
+        }
         Read::Onto(both) => {
             let meshes = OntoMeshes {
                 part: both.part.mesh.clone(),
@@ -134,8 +139,10 @@ pub(super) fn placed(
             };
             let body = both.body.findings.iter().map(|f| format!("body: {f}"));
             let findings = both.part.findings.into_iter().chain(body).collect();
+            let plan = plan_layers(meshes, asked, settings, (reporter, observer))?;
             Placed {
-                plan: plan_layers(meshes, asked, settings, (reporter, observer))?,
+                standing: stands(&plan, settings, &both.build_from_file),
+                plan,
                 name: both.part.name,
                 mesh: both.part.mesh,
                 findings,
@@ -157,23 +164,34 @@ pub(super) fn wall(
         mesh,
         findings,
         mut plan,
+        standing,
     } = placed(loaded, asked, reporter, observer)?;
     observer.check()?;
     let told = (reporter, observer);
-    let (programs, commands) = read_back(&loaded.name, &mut plan.toolpath, settings, told)?;
+    let site = Site {
+        settings,
+        standing: Some(&standing),
+    };
+    let (programs, commands) = read_back(&loaded.name, &mut plan.toolpath, site, told)?;
     let driven = drive(&commands, &plan, settings, reporter, observer)?;
     observer.stage("robot", 0);
-    let columns = columns(&plan, settings)?;
-    let along = reach::along(&programs.parsed, &commands, settings, &columns, observer);
+    let metal = expected(&commands, site);
+    let along = reach::along(&programs.parsed, &commands, settings, &metal, observer);
     observer.check()?;
     let turned = reach::turned(along.as_ref(), &commands);
     let mut checks = judge::checks(&plan, asked, settings, turned.as_ref());
     checks.extend(metal::checks(&driven.grown, &plan, &commands, settings));
     checks.extend(borrowed_check(settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));
-    let (files, check) = written(loaded, &plan.toolpath, (&programs, &commands), observer)?;
+    let (files, check) = written(
+        loaded,
+        &plan.toolpath,
+        (&programs, &commands),
+        (site, observer),
+    )?;
     checks.push(check);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.extend(held::checks(&standing, &commands, settings));
     checks.extend(fixed_torch_check(settings));
     let mut facts = judge::facts(&plan, asked, settings, &driven.summary, turned.as_ref());
     if let Ok(grown) = &driven.grown {
@@ -185,6 +203,7 @@ pub(super) fn wall(
         mesh,
         findings,
         plan,
+        standing,
         commands,
         samples: driven.samples,
         grown: driven.grown,
@@ -194,23 +213,4 @@ pub(super) fn wall(
         facts,
         film: reach::film(along),
     })
-}
-
-/// The wall as it has grown after each pass, in columns that reach down to the plate: no less than its metal.
-fn columns(plan: &SurfacePlan, settings: &Settings) -> Result<Vec<(u32, Metal)>, WaamError> {
-    if settings.robot.as_ref().is_none_or(|r| r.shapes.is_none()) {
-        return Ok(Vec::new());
-    }
-    let half = 0.5 * settings.bead.width.value;
-    // a wall that leans reaches over its middle by half of its thickness
-    let top = |p: &SurfacePoint| p.position + half * p.normal.z.abs() * DVec3::Z;
-    let beads = plan.passes.iter().flat_map(|p| {
-        let pairs = p.points.windows(2);
-        pairs.map(|pair| (p.number, [top(&pair[0]), top(&pair[1])]))
-    });
-    // what is there before the first layer
-    let body = standing(plan).map(|body| lattice(&body, columns::COLUMN));
-    let body = body.iter().flatten().map(|p| (0, [p.position; 2]));
-    let pairs: Vec<(u32, [DVec3; 2])> = body.chain(beads).collect();
-    Ok(columns::columns(&pairs, (half, 0.0))?)
 }

@@ -125,7 +125,11 @@ fn distances_are_those_of_many_more_places() {
         let top = (from.position + aside).floor() + DVec3::new(0.5, 0.5, 0.0);
         let metal = post(top);
         let at = |_| &metal;
-        let around = job.around(&at);
+        // columns go down to the underside of the plate, which is to be far below
+        let around = Surroundings {
+            plate: 1e4,
+            ..job.around(&at)
+        };
         let mut joints = held.chains[0].joints;
         let mut wanted = [f64::INFINITY; 2];
         for i in 0..=PLACES {

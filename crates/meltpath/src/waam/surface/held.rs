@@ -1,0 +1,108 @@
+//! Whether what a body is built on stands where the job says, and its holders leave room for the beads.
+
+use meltpath_base::{Check, Limit, Measure, Status};
+use meltpath_geometry::math::DVec3;
+use meltpath_robot::cell::{Arrangement, Cell};
+
+use crate::waam::drive::bead_pieces::{BeadPiece, pieces};
+use crate::waam::drive::solids::Standing;
+use crate::waam::program::Commands;
+use crate::waam::settings::Settings;
+use crate::waam::settings::holder::Holder;
+
+/// What lies no farther over the table stands on it, mm.
+const STANDS: f64 = 0.5;
+/// Rounding of a place, mm.
+const SAME: f64 = 1e-6;
+
+/// The checks of what stands there; none where the job names no robot.
+pub(super) fn checks(standing: &Standing, commands: &Commands, settings: &Settings) -> Vec<Check> {
+    let Some(cell) = &settings.robot else {
+        return Vec::new();
+    };
+    let holders = beside_beads(standing, commands, settings);
+    on_table(standing, settings, cell)
+        .into_iter()
+        .chain(holders)
+        .collect()
+}
+
+/// How high the lowest of what stands there lies over the table.
+fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Check> {
+    let known = cell.shapes.as_ref().is_some_and(|s| s.table.is_some());
+    if cell.arrangement != Arrangement::TorchOnRobot || !known {
+        return None;
+    }
+    let over = |p: DVec3| cell.carrier_from_part.point(p).z;
+    let corners = standing.meshes.iter().flat_map(|m| &m.vertices);
+    // the table begins under the plate
+    let lowest = corners.map(|p| over(*p)).fold(f64::INFINITY, f64::min) + settings.plate_thickness;
+    if !lowest.is_finite() {
+        return None;
+    }
+    let lowest = if lowest.abs() < SAME { 0.0 } else { lowest };
+    let check = Check::judge(
+        "standing",
+        "what the part is built on: its lowest place over the table",
+        Measure::exact(lowest, "mm"),
+        Limit::AtLeast(0.0),
+    );
+    Some(match check.status {
+        Status::Fail => check
+            .because("it reaches into the table")
+            .remedy("a place that much higher (machine.place), or shorter machine.holders"),
+        _ if lowest > STANDS => Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .because(
+            "nothing is named that holds it there, and what does is not looked at in collisions",
+        )
+        .remedy("what holds it, as machine.holders; or a lower place (machine.place)"),
+        _ => check,
+    })
+}
+
+/// How far holders stay away from beads.
+fn beside_beads(standing: &Standing, commands: &Commands, settings: &Settings) -> Option<Check> {
+    if standing.holders.is_empty() {
+        return None;
+    }
+    let half = 0.5 * settings.bead.width.value;
+    let room = |piece: &BeadPiece| {
+        let [a, b] = piece.ends;
+        let each = standing.holders.iter().map(|h| nearest(h, [a, b]));
+        each.fold(f64::INFINITY, f64::min) - half
+    };
+    let all = pieces(commands).map(|piece| (room(&piece), piece));
+    let (least, piece) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let check = Check::judge(
+        "holders",
+        "what holds the part: its least distance from a bead",
+        Measure::exact(least, "mm"),
+        Limit::AtLeast(0.0),
+    );
+    let check = check.at(commands.place(piece.command, piece.ends[0]));
+    Some(match check.status {
+        Status::Fail => check
+            .because("metal would be laid into what holds the part")
+            .remedy("shorter or slimmer machine.holders, or elsewhere"),
+        _ => check,
+    })
+}
+
+/// The least distance of a straight line from a holder, mm: along it the distance is convex, so that thirds find it.
+fn nearest(holder: &Holder, [a, b]: [DVec3; 2]) -> f64 {
+    const THIRDS: u32 = 40;
+    let at = |t: f64| holder.to_point(a.lerp(b, t));
+    let [mut low, mut high] = [0.0, 1.0];
+    for _ in 0..THIRDS {
+        let third = (high - low) / 3.0;
+        if at(low + third) <= at(high - third) {
+            high -= third;
+        } else {
+            low += third;
+        }
+    }
+    at(0.5 * (low + high)).min(at(0.0)).min(at(1.0))
+}

@@ -1,0 +1,106 @@
+//! What layers that are not flat stand on in a robot's cell: a cylinder clamped over the table, what holds it, and what is refused.
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use crate::reach::measured;
+use crate::support::{self, check, refusal, says, thin_wall, write};
+use meltpath::outcome::RunFolder::NextIn;
+use meltpath::waam::run;
+use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::shapes;
+
+/// Two passes of a flange around a pipe of 60 that is clamped over the table, its lower side `high` mm over the table, with lines under [machine].
+fn job(folder: &Path, high: f64, machine: &str) -> PathBuf {
+    let robot = measured(folder);
+    let flange = shapes::sheet(
+        4,
+        90,
+        |_, _| false,
+        |i, k| {
+            let angle = TAU * (k % 90.0) / 90.0;
+            let radius = 30.0 + 2.0 * i;
+            DVec3::new(radius * angle.cos(), radius * angle.sin(), i)
+        },
+    );
+    support::part(folder, "flange.stl", &flange);
+    let text = format!(
+        "part = \"flange.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+         [layers]\nheight = \"2.6 mm\"\ncount = 2\n[surface]\ntorch = \"fixed\"\n[surface.base]\nradius = \"30.2 mm\"\ndirection = [0.0, 0.0, 1.0]\n\
+         [machine]\n{robot}\nplace = [\"0 mm\", \"0 mm\", \"{high} mm\"]\n{machine}\n"
+    );
+    write(folder, "job.toml", text)
+}
+
+fn verdict(high: f64, machine: &str) -> Verdict {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path(), high, machine);
+    run(&job, NextIn(&dir.path().join("runs")), &Silent)
+        .unwrap()
+        .verdict
+}
+
+fn holder(radius: &str) -> String {
+    format!(
+        "holders = [{{ from = [\"0 mm\", \"0 mm\", \"-60 mm\"], to = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"{radius}\" }}]"
+    )
+}
+
+fn value(check: &Check) -> f64 {
+    check.value.as_ref().unwrap().value
+}
+
+/// A shaft under the cylinder stands on the table; it is held against torch and beads.
+#[test]
+fn a_clamped_cylinder_stands_on_what_holds_it() {
+    let held = verdict(60.0, &holder("20 mm"));
+    let standing = check(&held, "standing");
+    assert_eq!(standing.status, Status::Pass, "{standing:?}");
+    assert!(value(standing).abs() < 0.5, "{standing:?}");
+    let beside = check(&held, "holders");
+    assert_eq!(beside.status, Status::Pass, "{beside:?}");
+    assert_eq!(check(&held, "collision").status, Status::Pass);
+    // nothing is known of what carries it without
+    let floats = verdict(60.0, "");
+    let standing = check(&floats, "standing");
+    assert_eq!(standing.status, Status::CannotSay, "{standing:?}");
+    assert!(value(standing) > 59.0, "{standing:?}");
+    assert!(standing.reason.contains("nothing is named"), "{standing:?}");
+    assert!(floats.checks.iter().all(|c| c.id != "holders"));
+}
+
+#[test]
+fn what_reaches_into_the_table_or_the_beads_fails() {
+    let deep = verdict(40.0, &holder("20 mm"));
+    let standing = check(&deep, "standing");
+    assert_eq!(standing.status, Status::Fail, "{standing:?}");
+    assert!((value(standing) + 20.0).abs() < 0.5, "{standing:?}");
+    let thick = verdict(60.0, &holder("34 mm"));
+    let beside = check(&thick, "holders");
+    assert_eq!(beside.status, Status::Fail, "{beside:?}");
+    assert!(value(beside) < 0.0, "{beside:?}");
+    assert!(beside.place.is_some());
+}
+
+#[test]
+fn holders_of_nothing_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let robot = measured(dir.path());
+    let flat = thin_wall(
+        dir.path(),
+        &format!("[machine]\n{robot}\n{}\n", holder("20 mm")),
+    );
+    says(&refusal(&flat), &["machine.holders", "flat"]);
+    let empty = holder("20 mm").replace("-60 mm", "0 mm");
+    says(
+        &refusal(&job(dir.path(), 60.0, &empty)),
+        &["ends where it begins"],
+    );
+    let job = job(dir.path(), 60.0, &holder("-20 mm"));
+    says(&refusal(&job), &["radius"]);
+    let text = std::fs::read_to_string(&job).unwrap();
+    let text = text.replace(robot, "").replace("-20 mm", "20 mm");
+    let alone = write(dir.path(), "job.toml", text);
+    says(&refusal(&alone), &["machine.holders", "no robot"]);
+}
