@@ -21,6 +21,7 @@
 
 mod declare;
 mod listing;
+mod ranged;
 mod read;
 mod reference;
 mod schema;
@@ -40,6 +41,7 @@ use crate::quantity::Unit;
 use crate::resolved::{Origin, Resolved};
 
 pub use listing::{listing, rounded};
+pub use ranged::Ranged;
 pub use read::{Keys, Node, Place, Reader, nearest};
 pub use reference::reference;
 pub use schema::schema;

@@ -2,7 +2,9 @@
 //! goes, comparison, verdict.
 
 pub mod error;
+pub(crate) mod friction;
 pub mod heat;
+mod judge;
 mod motion;
 pub(crate) mod optimise;
 pub mod plan;

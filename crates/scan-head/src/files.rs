@@ -5,11 +5,13 @@
 
 mod axis;
 mod figure;
+mod friction;
 mod head;
 mod motor;
 mod recipe;
 mod servo;
 
+pub use friction::KnownDrag;
 pub use head::{HeadData, HeadFile, PlateTable, parse_head};
 pub use motor::{MotorFile, ToldMotor, parse_motor};
 pub use recipe::{RecipeFile, parse_recipe};

@@ -337,7 +337,8 @@ impl<'n, 'a> Keys<'n, 'a> {
     }
 }
 
-fn filled<T>(setting: Setting<Option<T>>) -> Option<Setting<T>> {
+/// The setting of a key that has a value.
+pub(super) fn filled<T>(setting: Setting<Option<T>>) -> Option<Setting<T>> {
     Some(Setting {
         value: setting.value?,
         name: setting.name,

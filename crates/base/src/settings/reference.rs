@@ -175,5 +175,10 @@ fn figure(table: &Table, bounds: Bounds) -> String {
         (Some(value), _) => written_as(value, bounds),
         (None, _) => String::new(),
     };
+    if kind("low").is_some() {
+        return format!(
+            "{words}; with its source, and `low` and `high` where it is known as a range"
+        );
+    }
     format!("{words}; with its source")
 }

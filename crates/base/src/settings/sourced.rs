@@ -7,7 +7,12 @@ use std::ops::{Deref, DerefMut};
 use super::{Bounds, Fallback, Json, Key, Keys, Kind, Node, Place, Reader, Setting, Table, Value};
 use crate::quantity::{Quantity, Unit};
 
-const fn key(name: &'static str, text: &'static str, kind: Kind, fallback: Fallback) -> Key {
+pub(super) const fn key(
+    name: &'static str,
+    text: &'static str,
+    kind: Kind,
+    fallback: Fallback,
+) -> Key {
     Key {
         name,
         text,
@@ -17,13 +22,13 @@ const fn key(name: &'static str, text: &'static str, kind: Kind, fallback: Fallb
     }
 }
 
-const SOURCE: Key = key(
+pub(super) const SOURCE: Key = key(
     "source",
     "Who says so, or why it was chosen.",
     Kind::Text,
     Fallback::Required,
 );
-const NOTE: Key = key(
+pub(super) const NOTE: Key = key(
     "note",
     "How it was read or derived.",
     Kind::Text,

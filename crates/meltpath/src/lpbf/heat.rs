@@ -202,6 +202,61 @@ pub fn melt(
     let asked = commanded(job, record.last, settings.marks, settings.spot)?;
     let (last, cut) = (record.last, record.cut);
     let marked = BeamPath::new(record.points)?;
+    let plain = frame(settings, &asked)?;
+    let drawn = |name, path, share| drawn(settings, &plain, (name, path, share), observer);
+    let (first, others) = rayon::join(
+        || drawn("as commanded", &asked, 1.0),
+        || three(|name, share| drawn(name, &marked, share)),
+    );
+    let [second, third, fourth] = others;
+    let drawings = [first?, second?, third?, fourth?];
+    let boiling = boiling(settings, job, last);
+    Ok(told(settings, drawings, hatch, (boiling, cut)))
+}
+
+/// Draws the path that the same recipe has on a head that behaves otherwise: what was commanded is that of `value`.
+///
+/// # Errors
+/// [`HeatError`].
+pub(super) fn melt_otherwise(
+    settings: &HeatSettings,
+    value: &RecipeHeat,
+    (job, record): (&ScanJob, BeamRecord),
+    hatch: f64,
+    observer: &dyn Observer,
+) -> Result<RecipeHeat, HeatError> {
+    let asked = commanded(job, record.last, settings.marks, settings.spot)?;
+    let plain = frame(settings, &asked)?;
+    let cut = record.cut;
+    let marked = BeamPath::new(record.points)?;
+    let [second, third, fourth] =
+        three(|name, share| drawn(settings, &plain, (name, &marked, share), observer));
+    let drawings = [value.drawings[0].clone(), second?, third?, fourth?];
+    Ok(told(
+        settings,
+        drawings,
+        hatch,
+        (value.boiling.clone(), cut),
+    ))
+}
+
+/// The marked path with what the job says is absorbed, with less and with more.
+fn three<R: Send>(draw: impl Fn(&'static str, f64) -> R + Sync) -> [R; 3] {
+    let [less, more] = ABSORBED;
+    let (second, (third, fourth)) = rayon::join(
+        || draw("as marked", 1.0),
+        || {
+            rayon::join(
+                || draw("as marked, a fifth less absorbed", less),
+                || draw("as marked, a fifth more absorbed", more),
+            )
+        },
+    );
+    [second, third, fourth]
+}
+
+/// The map round the commanded marks, nothing melted.
+fn frame(settings: &HeatSettings, asked: &BeamPath) -> Result<FusionMap, HeatError> {
     let marks = |axis: fn(&BeamPoint) -> f64| {
         let all = asked.points().iter().filter(|p| p.is_on()).map(axis);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
@@ -209,58 +264,60 @@ pub fn melt(
         })
     };
     let ([x0, x1], [y0, y1]) = (marks(|p| p.x), marks(|p| p.y));
-    let plain = FusionMap::covering(
+    Ok(FusionMap::covering(
         [x0 - settings.margin, y0 - settings.margin],
         [x1 + settings.margin, y1 + settings.margin],
         settings.cell,
         settings.layer,
         settings.medium.ambient,
+    )?)
+}
+
+/// Follows a path of which a share of the heat is absorbed, on the map `plain`.
+fn drawn(
+    settings: &HeatSettings,
+    plain: &FusionMap,
+    (name, path, share): (&'static str, &BeamPath, f64),
+    observer: &dyn Observer,
+) -> Result<Melted, HeatError> {
+    let beam = Beam {
+        efficiency: share * settings.absorptivity,
+        depth: Depth::Surface,
+    };
+    let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
+    let mut map = plain.clone();
+    let following = Following {
+        step: LOOK * settings.spot,
+        per_pool: PER_POOL,
+    };
+    let trace = follow(
+        &mut engine,
+        settings.material.liquidus,
+        &mut map,
+        following,
+        observer,
     )?;
-    let drawn = |name: &'static str, path: &BeamPath, share: f64| {
-        let beam = Beam {
-            efficiency: share * settings.absorptivity,
-            depth: Depth::Surface,
-        };
-        let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
-        let mut map = plain.clone();
-        let following = Following {
-            step: LOOK * settings.spot,
-            per_pool: PER_POOL,
-        };
-        let trace = follow(
-            &mut engine,
-            settings.material.liquidus,
-            &mut map,
-            following,
-            observer,
-        )?;
-        Ok::<_, HeatError>(Melted {
-            name,
-            map,
-            trace,
-            area: 0.0,
-            share: 0.0,
-        })
-    };
-    let [less, more] = ABSORBED;
-    let pair = |a: (&'static str, &BeamPath, f64), b: (&'static str, &BeamPath, f64)| {
-        rayon::join(|| drawn(a.0, a.1, a.2), || drawn(b.0, b.1, b.2))
-    };
-    let ((first, second), (third, fourth)) = rayon::join(
-        || pair(("as commanded", &asked, 1.0), ("as marked", &marked, 1.0)),
-        || {
-            pair(
-                ("as marked, a fifth less absorbed", &marked, less),
-                ("as marked, a fifth more absorbed", &marked, more),
-            )
-        },
-    );
-    let mut drawings = [first?, second?, third?, fourth?];
+    Ok(Melted {
+        name,
+        map,
+        trace,
+        area: 0.0,
+        share: 0.0,
+    })
+}
+
+/// Areas and shares of the drawings.
+fn told(
+    settings: &HeatSettings,
+    mut drawings: [Melted; 4],
+    hatch: f64,
+    (boiling, cut): (Vec<Boiling>, bool),
+) -> RecipeHeat {
     let liquidus = settings.material.liquidus;
     let melted = drawings
         .each_ref()
         .map(|d| d.map.hotter(liquidus).collect::<Vec<bool>>());
-    let surface = closed(&melted[0], plain.cells, hatch / settings.cell);
+    let surface = closed(&melted[0], drawings[0].map.cells, hatch / settings.cell);
     let count = |cells: &mut dyn Iterator<Item = bool>| cells.filter(|c| *c).count() as f64;
     let all = count(&mut surface.iter().copied());
     let one = settings.cell * settings.cell;
@@ -269,13 +326,13 @@ pub fn melt(
         drawing.area = count(&mut here.iter().copied()) * one;
         drawing.share = inside / all.max(1.0);
     }
-    Ok(RecipeHeat {
+    RecipeHeat {
         surface: all * one,
-        cold: cold(&plain, &surface, &melted[1]),
-        boiling: boiling(settings, job, last),
+        cold: cold(&drawings[0].map, &surface, &melted[1]),
+        boiling,
         drawings,
         cut,
-    })
+    }
 }
 
 /// Squares in which the marked path leaves powder on the surface, from below to above.

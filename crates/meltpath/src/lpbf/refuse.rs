@@ -10,6 +10,7 @@ use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::optics::correction::CorrectionError;
 use meltpath_scan_head::optics::geometry::GeometryError;
 
+use super::friction;
 use super::plan::Plan;
 use crate::job::lpbf::{DelayChoice, LpbfJob};
 use crate::lpbf::plan::work::{Source, Work};
@@ -27,6 +28,14 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
         let message = format!("\"{}\" is not sound: {e}", **name);
         name.problem(message).help(head_help(&e))
     })?;
+    let ends = friction::ends(&plan.settings.data).into_iter().flatten();
+    for (drags, end) in ends.zip(["least", "most"]) {
+        let held = head.clone().held_by(drags);
+        held.and_then(|held| held.check_stable()).map_err(|e| {
+            let message = format!("\"{}\" is not sound with its {end} friction: {e}", **name);
+            name.problem(message).help(head_help(&e))
+        })?;
+    }
     let mut surveys = Vec::with_capacity(plan.settings.recipes.len());
     for (recipe, name) in plan.settings.recipes.iter().zip(job.lpbf.recipes.iter()) {
         if let Some(message) = too_long(recipe, plan) {

@@ -11,6 +11,7 @@ use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillMode;
 
+use super::friction::AtEnd;
 use super::heat::RecipeHeat;
 
 /// The modes in which fill rates are told.
@@ -45,6 +46,8 @@ pub(crate) struct RecipeResult<'a> {
     pub(crate) path: Path2d,
     /// What the first square or layer melts, where the job asks for it.
     pub(crate) heat: Option<RecipeHeat>,
+    /// The same with the least and with the most friction, where the head's file states a range.
+    pub(crate) ends: Option<[AtEnd; 2]>,
 }
 
 impl RecipeResult<'_> {

@@ -3,18 +3,16 @@
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Check, Limit, Measure, Observer, Place, Reporter, Status, Verdict};
-use meltpath_scan_head::axis::chain::Axis;
-use meltpath_scan_head::axis::control::Controller;
+use meltpath_base::{Check, Observer, Quiet, Reporter, Status, Verdict};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
-use meltpath_scan_head::head::head_axis::HeadAxis;
 use meltpath_scan_head::head::motion::AsMotion;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::run::RunSummary;
 use meltpath_scan_head::head::survey::Survey;
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
@@ -23,13 +21,14 @@ use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
 use super::error::LpbfError;
-use super::heat::{self, BeamRecord};
+use super::friction::{self, AtEnd};
+use super::heat::{self, BeamRecord, RecipeHeat};
+use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
 use super::result::{MODES, Path2d, RecipeResult};
-use super::settings::{self, Settings};
+use super::settings;
 use super::{motion, optimise, refuse, toolpath_file};
-use crate::identify::of_motor;
-use crate::job::lpbf::{DelayChoice, PathChoice};
+use crate::job::lpbf::DelayChoice;
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
 use crate::lpbf::plan::work::Work;
@@ -51,6 +50,20 @@ impl HeadSink for Reach {
             *most = axis.angle.iter().fold(*most, |m, a| m.max(a.abs()));
         }
     }
+}
+
+/// What was marked at an end of the friction's range.
+struct EndMarked {
+    errors: PathErrors,
+    fill: Vec<f64>,
+    record: Option<BeamRecord>,
+}
+
+/// Mean fill rate in each mode over the squares or layers that have one.
+fn means(rates: &[Vec<f64>]) -> Vec<f64> {
+    let filled: Vec<&Vec<f64>> = rates.iter().filter(|r| !r.is_empty()).collect();
+    let mean = |m: usize| filled.iter().map(|r| r[m]).sum::<f64>() / filled.len() as f64;
+    (0..MODES.len()).map(mean).collect()
 }
 
 /// The whole chain.
@@ -258,14 +271,7 @@ impl<'a> Run<'a> {
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
         let darkness = self.judge_delays(delays)?;
         let law = self.recipe.power_law;
-        let hatch = match &self.plan.work {
-            Work::Plate(plate) => plate.hatch,
-            Work::Layers(set) => set.hatch.or(self.survey.hatch).unwrap_or(spot),
-        };
-        let fill = match &self.plan.work {
-            Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, &MODES),
-            Work::Layers(_) => FillRate::of_layers(hatch, spot, &MODES),
-        };
+        let (hatch, fill) = self.surface();
         let first = self.plan.work.shown(&self.survey.first);
         let last = first.vectors.len().saturating_sub(1) as u32;
         let heat = self.plan.settings.heat.as_ref();
@@ -288,11 +294,16 @@ impl<'a> Run<'a> {
                 wanted.then(|| AsMotion::new(law, &mut motion)),
             ),
         );
-        let layers = self.plan.work.layers(self.recipe)?;
         let how = (delays, self.survey.samples);
-        let RunSummary { duration, .. } =
-            self.head
-                .run_layers(layers, how, 1, self.observer, &mut sinks)?;
+        let (ran, ended) = rayon::join(
+            || {
+                let layers = self.plan.work.layers(self.recipe)?;
+                self.head
+                    .run_layers(layers, how, 1, self.observer, &mut sinks)
+            },
+            || self.at_ends(delays, last),
+        );
+        let RunSummary { duration, .. } = ran?;
         let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
         self.judge_reach(&reach);
         let heat = match heat.zip(record) {
@@ -301,10 +312,14 @@ impl<'a> Run<'a> {
                 Some(heat::melt(settings, &first, record, hatch, self.observer)?)
             }
         };
+        let ends = match ended {
+            None => None,
+            Some(ends) => {
+                let [least, most] = ends.map(|end| self.melted(end?, (&first, hatch), &heat));
+                Some([least?, most?])
+            }
+        };
         let rates = fill.finish();
-        let filled: Vec<&Vec<f64>> = rates.iter().filter(|r| !r.is_empty()).collect();
-        let mean = |m: usize| filled.iter().map(|r| r[m]).sum::<f64>() / filled.len() as f64;
-        let fill = (0..MODES.len()).map(mean).collect();
         Ok(RecipeResult {
             recipe: self.recipe,
             survey: self.survey,
@@ -316,9 +331,81 @@ impl<'a> Run<'a> {
             duration,
             errors,
             energy,
-            fill,
+            fill: means(&rates),
             rates,
             path,
+            heat,
+            ends,
+        })
+    }
+
+    /// Distance of the lines, mm, and what measures the fill.
+    fn surface(&self) -> (f64, FillRate) {
+        let spot = 2.0 * self.head.head().beam.waist;
+        match &self.plan.work {
+            Work::Plate(plate) => {
+                let areas = plate.fill_areas();
+                (plate.hatch, FillRate::of_rectangles(areas, spot, &MODES))
+            }
+            Work::Layers(set) => {
+                let hatch = set.hatch.or(self.survey.hatch).unwrap_or(spot);
+                (hatch, FillRate::of_layers(hatch, spot, &MODES))
+            }
+        }
+    }
+
+    /// What is judged, with the least and with the most friction of the head's file, and the delays of its value; `None` where it
+    /// states no range. Of the beam what lies up to the vector `last` is kept.
+    fn at_ends(&self, delays: LaserDelays, last: u32) -> Option<[Result<EndMarked, HeadError>; 2]> {
+        let [least, most] = friction::ends(&self.plan.settings.data)?;
+        let run = |drags| self.at_end(self.head.clone().held_by(drags)?, delays, last);
+        let (least, most) = rayon::join(|| run(least), || run(most));
+        Some([least, most])
+    }
+
+    fn at_end(
+        &self,
+        head: ReadyHead,
+        delays: LaserDelays,
+        last: u32,
+    ) -> Result<EndMarked, HeadError> {
+        let heat = self.plan.settings.heat.as_ref();
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
+        let errors = PathErrors::new(WINDOW, head.head().period);
+        let motion = record
+            .as_mut()
+            .map(|r| AsMotion::new(self.recipe.power_law, r));
+        let mut sinks = (errors, (self.surface().1, motion));
+        let layers = self.plan.work.layers(self.recipe)?;
+        let how = (delays, self.survey.samples);
+        head.run_layers(layers, how, 1, &Quiet(self.observer), &mut sinks)?;
+        let (errors, (fill, _)) = sinks;
+        Ok(EndMarked {
+            errors,
+            fill: means(&fill.finish()),
+            record,
+        })
+    }
+
+    /// What an end of the friction's range melts, where the job asks for it.
+    fn melted(
+        &self,
+        end: EndMarked,
+        (first, hatch): (&ScanJob, f64),
+        value: &Option<RecipeHeat>,
+    ) -> Result<AtEnd, LpbfError> {
+        let settings = self.plan.settings.heat.as_ref();
+        let heat = match (settings, value, end.record) {
+            (Some(settings), Some(value), Some(record)) => {
+                let observer = &Quiet(self.observer);
+                let again = heat::melt_otherwise(settings, value, (first, record), hatch, observer);
+                Some(again?)
+            }
+            _ => None,
+        };
+        Ok(AtEnd {
+            errors: end.errors,
+            fill: end.fill,
             heat,
         })
     }
@@ -369,185 +456,6 @@ impl<'a> Run<'a> {
             }
         }
     }
-}
-
-/// What keeps the spot nearer to contours. Slower ones do not: there friction weighs more.
-fn contour_remedy(settings: &Settings) -> String {
-    if settings.data.head.left_out.is_some() {
-        return "slower contours or longer waits at their corners; or a shorter tracking delay, by another tuning of the head".to_owned();
-    }
-    let cascade = |axis: &Axis| matches!(axis.controller, Controller::Cascade(_));
-    let controller = if settings
-        .data
-        .head
-        .mirrors
-        .iter()
-        .filter_map(HeadAxis::driven)
-        .any(cascade)
-    {
-        "lpbf.controller = \"h-infinity\", which rejects friction"
-    } else {
-        "a controller tuned on this head (`meltpath tune`)"
-    };
-    match *settings.job.lpbf.path {
-        PathChoice::Preview => controller.to_owned(),
-        PathChoice::AsCommanded | PathChoice::Synchronised => {
-            format!("{controller}, or lpbf.path = \"preview\"")
-        }
-    }
-}
-
-/// Contours of a head that its data sheet alone tells: what it leaves out only makes them worse.
-fn unless_measured(check: Check, remedy: String) -> (Check, String) {
-    if check.status == Status::Fail {
-        return (check, remedy);
-    }
-    let check = Check {
-        status: Status::CannotSay,
-        ..check
-    };
-    let check = check.because(
-        "the head is known by its data sheet alone, which leaves out friction, dither and drift",
-    );
-    let measure =
-        "measure how far the spot strays, and write it as left_out in [servo] of the head's file";
-    (check, measure.to_owned())
-}
-
-/// Marks that no light reaches; `None` where all are lit.
-fn dark_check(
-    number: usize,
-    recipe: &str,
-    delays: LaserDelays,
-    darkness: &Darkness,
-) -> Option<Check> {
-    let Darkness { chains, dark, .. } = darkness;
-    let (layer, start) = darkness.first_dark?;
-    let reason = format!(
-        "of {chains}: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
-        1e6 * delays.on,
-        1e6 * delays.off
-    );
-    let place = Place {
-        layer: Some(layer),
-        ..Place::at(start.to_array())
-    };
-    let check = Check::judge(
-        &format!("dark-{number}"),
-        &format!("{recipe}: marks between jumps that stay dark"),
-        Measure::exact(*dark as f64, ""),
-        Limit::AtMost(0.0),
-    );
-    Some(check.because(&reason).at(place).remedy(
-        "lpbf.delays = \"tuned\"; or a laser-on delay no longer than the laser-off delay, with a wait after jumps in its stead",
-    ))
-}
-
-/// The marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
-fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
-    if *plan.settings.job.lpbf.delays == DelayChoice::Tuned {
-        return Ok(Vec::new());
-    }
-    let period = plan.settings.data.head.period;
-    let mut lines = Vec::new();
-    for (k, recipe) in plan.settings.recipes.iter().enumerate() {
-        let darkness = Darkness::of(plan.work.layers(recipe)?, recipe.delays, period)?;
-        if let Some(c) = dark_check(k + 1, &recipe.name, recipe.delays, &darkness) {
-            let words = (c.status.words(), &c.title, c.line());
-            let mut line = format!("foretold: {}: {}: {}", words.0, words.1, words.2);
-            for more in [
-                c.place.map(|p| format!(" ({p})")),
-                c.remedy.map(|r| format!("; {r}")),
-            ] {
-                line.push_str(&more.unwrap_or_default());
-            }
-            lines.push(line);
-        }
-    }
-    Ok(lines)
-}
-
-fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
-    let motors = ['x', 'y', 'z'].into_iter().zip(settings.data.misfits);
-    let motors = motors.filter_map(|(axis, over)| Some(of_motor(axis, over?)));
-    let mut checks: Vec<Check> = motors.collect();
-    for (k, r) in results.iter().enumerate() {
-        let number = k + 1;
-        let below = 100.0
-            * r.errors
-                .contour
-                .share_below(settings.job.checks.contour_error.0);
-        let id = format!("contour-{number}");
-        checks.push(if r.errors.contour.total() == 0 {
-            Check::not_checked(
-                &id,
-                &format!("{}: contours", r.recipe.name),
-                "no contour was marked",
-            )
-        } else {
-            let left_out = settings.data.head.left_out;
-            let share = |further: f64| {
-                r.errors
-                    .contour
-                    .share_below(settings.job.checks.contour_error.0 + further)
-            };
-            let found = match left_out.flatten() {
-                Some(s) => Measure::new(below, 50.0 * (share(s) - share(-s)), "%"),
-                None => Measure::exact(below, "%"),
-            };
-            let check = Check::judge(
-                &id,
-                &format!(
-                    "{}: contour points within {:.0} µm",
-                    r.recipe.name,
-                    1e3 * settings.job.checks.contour_error.0
-                ),
-                found,
-                Limit::AtLeast(100.0 * settings.job.checks.contour_share.0),
-            );
-            let (check, remedy) = match left_out {
-                Some(None) => unless_measured(check, contour_remedy(settings)),
-                _ => (check, contour_remedy(settings)),
-            };
-            check
-                .at(Place::at(r.errors.worst.extend(0.0).to_array()))
-                .remedy(remedy)
-        });
-        checks.extend(dark_check(number, &r.recipe.name, r.delays, &r.darkness));
-        // contours alone have no surface to fill
-        let fills = settings
-            .job
-            .checks
-            .fill_rate
-            .filter(|_| r.fills())
-            .map(|rate| rate.0);
-        checks.extend(fills.map(|limit| {
-            let (id, title) = (format!("fill-{number}"), r.fill_title());
-            let found = Measure::exact(100.0 * r.fill[2], "%");
-            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit)).remedy(match *settings
-                .job
-                .lpbf
-                .delays
-            {
-                DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
-                DelayChoice::Tuned => "a closer hatch",
-            })
-        }));
-    }
-    let melted = |k: usize, r: &RecipeResult<'_>| {
-        let (settings, heat) = (settings.heat.as_ref()?, r.heat.as_ref()?);
-        Some(heat::check(settings, k + 1, &r.recipe.name, heat, reporter))
-    };
-    if settings.heat.is_some() {
-        checks.extend(results.iter().enumerate().filter_map(|(k, r)| melted(k, r)));
-    } else {
-        checks.push(Check::not_checked(
-            "melt-pool",
-            "fusion of the powder",
-            "the job does not ask for it: fast recipes may not melt well; add [heat]",
-        ));
-    }
-    checks
 }
 
 /// What is resolved in a job.

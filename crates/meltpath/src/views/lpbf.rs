@@ -18,6 +18,7 @@ use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
+use crate::lpbf::friction;
 use crate::lpbf::plan::Plan;
 use crate::lpbf::plan::work::Work;
 use crate::lpbf::result::{MODES, RecipeResult};
@@ -109,7 +110,7 @@ pub(crate) fn write(
 
 /// What is told of the recipes beside the checks: their times, and the fill rates where the job sets no limit.
 pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
-    let mut facts = Vec::new();
+    let mut facts: Vec<Fact> = friction::fact(&plan.settings.data).into_iter().collect();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
         facts.push(Fact::new(

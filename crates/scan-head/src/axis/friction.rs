@@ -47,6 +47,15 @@ pub enum Friction {
     },
 }
 
+/// All that holds a turning rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drag {
+    /// The dry part.
+    pub dry: Friction,
+    /// The viscous coefficient, N·m·s/rad.
+    pub viscous: f64,
+}
+
 impl Friction {
     /// Checks every parameter.
     ///

@@ -4,16 +4,17 @@ use crate::axis::chain::{Axis, Encoder};
 use crate::axis::control::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, Limits, SpeedSource,
 };
-use crate::axis::friction::Friction;
+use crate::axis::friction::Drag;
 use crate::axis::galvanometer::Galvanometer;
 use crate::axis::prefilter::{Kernel, PreFilter};
 use crate::files::figure::{
-    BackEmf, CurrentGain, Inductance, Inertia, Rate, Resistance, SpeedGain, Stiffness, Torque,
-    TorqueConstant, Viscous,
+    BackEmf, CurrentGain, Inductance, Inertia, Rate, Resistance, SpeedGain, Torque, TorqueConstant,
+    Viscous,
 };
+use crate::files::friction::{FrictionTable, drag};
 use crate::files::motor::{ModeTable, mode};
-use meltpath_base::settings::{Json, Kind, Node, Place, Problem, Reader, Setting, Sourced, Value};
-use meltpath_base::{Angle, AngularSpeed, Current, Pure, Time, Voltage, choice, table};
+use meltpath_base::settings::{Ranged, Sourced};
+use meltpath_base::{Angle, AngularSpeed, Current, Pure, Time, Voltage, table};
 
 table! {
     /// An axis: motor, drive, gains of its cascade, pre-filter.
@@ -29,11 +30,11 @@ table! {
         /// Inertia of rotor and mirror.
         inertia: Sourced<Inertia> where positive => required;
         /// Viscous friction.
-        viscous: Sourced<Viscous> where not_negative => required;
+        viscous: Ranged<Viscous> where not_negative => required;
         /// Coulomb friction.
-        coulomb: Sourced<Torque> where not_negative => required;
+        coulomb: Ranged<Torque> where not_negative => required;
         /// T_P of eq. 2.22 (Rasoanarivo 2020); zero with another law in `friction`.
-        bias: Sourced<Torque> => required;
+        bias: Ranged<Torque> => required;
         /// Friction beyond the printed law of `coulomb` and `bias`.
         friction: FrictionTable => none("the printed law");
         /// Share of friction that the modes feel: 1 where it acts on the rotor, 0 where it is spread as the inertia is.
@@ -84,30 +85,6 @@ table! {
         tuning: TuningTable => none("those of the tuning file");
     }
 
-    /// T_P as stiction: at rest up to T_C + T_P.
-    pub struct KarnoppTable {
-        /// The law.
-        kind: FrictionKind => required;
-        /// Stiction.
-        stiction: Sourced<Torque> where not_negative => required;
-        /// Speed below which the rotor rests.
-        rest: Sourced<AngularSpeed> where positive => required;
-    }
-
-    /// Bristles.
-    pub struct LugreTable {
-        /// The law.
-        kind: FrictionKind => required;
-        /// Stiction.
-        stiction: Sourced<Torque> where not_negative => required;
-        /// Stribeck speed.
-        stribeck: Sourced<AngularSpeed> where positive => required;
-        /// Stiffness of the bristles.
-        stiffness: Sourced<Stiffness> where positive => required;
-        /// Damping of the bristles.
-        damping: Sourced<Viscous> where not_negative => required;
-    }
-
     /// Times of the first maximum of each loop's step response.
     pub struct TuningTable {
         /// Of the current loop.
@@ -119,84 +96,16 @@ table! {
     }
 }
 
-choice! {
-    /// Laws of friction beyond the printed one.
-    pub enum FrictionKind {
-        Karnopp "karnopp" => "Karnopp's.",
-        Lugre "lugre" => "LuGre's.",
-    }
-}
-
-/// Friction beyond the printed law of `coulomb` and `bias`, which is zero then.
-#[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "read once and taken apart")]
-pub enum FrictionTable {
-    /// Karnopp's law.
-    Karnopp(KarnoppTable),
-    /// LuGre's law.
-    Lugre(LugreTable),
-}
-
-impl Value for FrictionTable {
-    const KIND: Kind = Kind::OneOf {
-        by: "kind",
-        tables: &[("karnopp", KarnoppTable::KIND), ("lugre", LugreTable::KIND)],
-    };
-
-    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
-        match reader.chosen(node, place, "kind")? {
-            FrictionKind::Karnopp => KarnoppTable::read(node, place, reader).map(Self::Karnopp),
-            FrictionKind::Lugre => LugreTable::read(node, place, reader).map(Self::Lugre),
-        }
-    }
-
-    fn json(&self) -> Json {
-        Json::Null
-    }
-}
-
 /// Times of current, speed and position, s.
 pub(super) fn tuning(axis: &AxisTable) -> Option<[f64; 3]> {
     let t = axis.tuning.as_ref()?;
     Some([t.current.0, t.speed.0, t.position.0])
 }
 
-/// The bias is of the printed law alone.
-pub(super) fn check(axis: &Setting<Option<AxisTable>>) -> Option<Problem> {
-    let axis = axis.as_ref()?;
-    let both = axis.friction.is_some() && axis.bias.0 != 0.0;
-    let problem = || {
-        let message = format!("{} is of the Coulomb law alone", axis.bias.name);
-        let name = &axis.friction.name;
-        axis.bias
-            .problem(message)
-            .help(format!("write 0 N·m there, or leave out [{name}]"))
-    };
-    both.then(problem)
-}
-
-fn friction(t: &AxisTable) -> Friction {
-    let (coulomb, bias) = (t.coulomb.0, t.bias.0);
-    match &*t.friction {
-        None => Friction::Coulomb { coulomb, bias },
-        Some(FrictionTable::Karnopp(f)) => Friction::Karnopp {
-            coulomb,
-            stiction: f.stiction.0,
-            rest: f.rest.0,
-        },
-        Some(FrictionTable::Lugre(f)) => Friction::LuGre {
-            coulomb,
-            stiction: f.stiction.0,
-            stribeck: f.stribeck.0,
-            stiffness: f.stiffness.0,
-            damping: f.damping.0,
-        },
-    }
-}
-
 pub(super) fn read_axis(t: &AxisTable) -> Axis {
     let kc = t.torque_constant.0;
     let inertia = t.inertia.0;
+    let Drag { dry, viscous } = drag(t);
     let speed = match &*t.speed_filter {
         None => SpeedSource::Rotor,
         Some(filter) => SpeedSource::Derivative { filter: filter.0 },
@@ -208,9 +117,9 @@ pub(super) fn read_axis(t: &AxisTable) -> Axis {
             torque_constant: kc,
             back_emf: t.back_emf.0,
             inertia,
-            viscous: t.viscous.0,
+            viscous,
             modes: t.mode.iter().map(|m| mode(m, kc / inertia)).collect(),
-            friction: friction(t),
+            friction: dry,
             felt: t.friction_felt.as_ref().map_or(0.0, |felt| felt.0),
         },
         controller: Controller::Cascade(CascadeGains {

@@ -1,7 +1,8 @@
 //! A head's file.
 
-use crate::files::axis::{AxisTable, check, read_axis, tuning};
+use crate::files::axis::{AxisTable, read_axis, tuning};
 use crate::files::figure::Hertz;
+use crate::files::friction::{KnownDrag, check, known};
 use crate::files::servo::{ServoTable, read_servos};
 use crate::head::head_axis::HeadAxis;
 use crate::head::scan_head::ScanHead;
@@ -207,6 +208,8 @@ pub struct HeadData {
     pub tuning: [Option<[f64; 3]>; 3],
     /// What the motors of X, Y and Z leave of the records that they were identified from, over the records' noise, where the file says so.
     pub misfits: [Option<f64>; 3],
+    /// How well the friction of X, Y and Z is known; nothing where their motors are not.
+    pub drag: [KnownDrag; 3],
 }
 
 /// What is wrong between the keys of a head's file.
@@ -300,6 +303,8 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
         tuning: [&file.x, &file.y, &file.z].map(|axis| axis.as_ref().and_then(tuning)),
         misfits: [&file.x, &file.y, &file.z]
             .map(|axis| axis.as_ref().and_then(|t| Some(t.misfit.as_ref()?.0))),
+        drag: [&file.x, &file.y, &file.z]
+            .map(|axis| axis.as_ref().map_or_else(KnownDrag::default, known)),
     })
 }
 

@@ -1,5 +1,6 @@
 //! A head made ready: focus fitted, table computed, jobs checked against it.
 
+use crate::axis::friction::Drag;
 use crate::head::error::HeadError;
 use crate::head::prepared::{Layers, Prepared};
 use crate::head::scan_head::{LETTERS, ScanHead};
@@ -57,6 +58,16 @@ impl ReadyHead {
     pub fn with_previews(mut self, previews: Previews) -> Self {
         self.previews = Some(previews);
         self
+    }
+
+    /// The same head with other friction on X, Y and Z, as [`ScanHead::held_by`]; its controllers and previews know nothing of it.
+    ///
+    /// # Errors
+    /// [`HeadError::Axis`] where a friction is unsound.
+    pub fn held_by(mut self, drags: [Option<Drag>; 3]) -> Result<Self, HeadError> {
+        self.head = self.head.held_by(drags);
+        self.head.check_axes()?;
+        Ok(self)
     }
 
     /// The largest changes of each mirror's speed, rad/s, that the commands of a job ask for within `window` s.
@@ -218,18 +229,23 @@ impl Checking {
 }
 
 impl ScanHead {
-    /// Checks the head, fits its focus and computes its table.
-    ///
-    /// # Errors
-    /// [`HeadError`].
-    pub fn ready(&self) -> Result<ReadyHead, HeadError> {
-        self.geometry.check()?;
+    fn check_axes(&self) -> Result<(), HeadError> {
         for (axis, letter) in self.axes().zip(LETTERS) {
             axis.check().map_err(|source| HeadError::Axis {
                 axis: letter,
                 source,
             })?;
         }
+        Ok(())
+    }
+
+    /// Checks the head, fits its focus and computes its table.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn ready(&self) -> Result<ReadyHead, HeadError> {
+        self.geometry.check()?;
+        self.check_axes()?;
         let focus = self
             .focus
             .as_ref()

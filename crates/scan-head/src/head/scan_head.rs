@@ -1,6 +1,7 @@
 //! A scan head: its optics and its axes.
 
 use crate::axis::chain::Axis;
+use crate::axis::friction::Drag;
 use crate::axis::prefilter::Kernel;
 use crate::head::head_axis::HeadAxis;
 use crate::optics::beam::GaussianBeam;
@@ -54,6 +55,18 @@ impl ScanHead {
     /// The mirrors' axes whose motors are known: both, or none.
     pub fn driven_mirrors(&mut self) -> impl Iterator<Item = &mut Axis> {
         self.mirrors.iter_mut().filter_map(HeadAxis::driven_mut)
+    }
+
+    /// The same head with other friction on X, Y and Z; an axis without an entry keeps its own, as does one without a motor.
+    #[must_use]
+    pub fn held_by(mut self, drags: [Option<Drag>; 3]) -> Self {
+        let focus = self.focus.as_mut().map(|(axis, _)| axis);
+        for (axis, drag) in self.mirrors.iter_mut().chain(focus).zip(drags) {
+            if let (Some(axis), Some(Drag { dry, viscous })) = (axis.driven_mut(), drag) {
+                (axis.motor.friction, axis.motor.viscous) = (dry, viscous);
+            }
+        }
+        self
     }
 
     /// Gives both mirrors the averages of the one whose pre-filter lags more, so that set-points of straight lines stay straight;

@@ -1,0 +1,212 @@
+//! The judgement of a scan-head run: contours, dark marks, fills, fusion; each with the friction that the head's file states and,
+//! where it states a range, with the least and the most of it.
+
+use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
+use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::control::Controller;
+use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::gate::Darkness;
+use meltpath_scan_head::head::head_axis::HeadAxis;
+use meltpath_scan_head::head::recipe::LaserDelays;
+use meltpath_scan_head::measures::contour_error::PathErrors;
+
+use super::friction::{over_the_range, unless_guessed};
+use super::heat::{self, RecipeHeat};
+use super::plan::Plan;
+use super::result::RecipeResult;
+use super::settings::Settings;
+use crate::identify::of_motor;
+use crate::job::lpbf::{DelayChoice, PathChoice};
+
+/// What keeps the spot nearer to contours. Slower ones do not: there friction weighs more.
+fn contour_remedy(settings: &Settings) -> String {
+    if settings.data.head.left_out.is_some() {
+        return "slower contours or longer waits at their corners; or a shorter tracking delay, by another tuning of the head".to_owned();
+    }
+    let cascade = |axis: &Axis| matches!(axis.controller, Controller::Cascade(_));
+    let controller = if settings
+        .data
+        .head
+        .mirrors
+        .iter()
+        .filter_map(HeadAxis::driven)
+        .any(cascade)
+    {
+        "lpbf.controller = \"h-infinity\", which rejects friction"
+    } else {
+        "a controller tuned on this head (`meltpath tune`)"
+    };
+    match *settings.job.lpbf.path {
+        PathChoice::Preview => controller.to_owned(),
+        PathChoice::AsCommanded | PathChoice::Synchronised => {
+            format!("{controller}, or lpbf.path = \"preview\"")
+        }
+    }
+}
+
+/// Contours of a head that its data sheet alone tells: what it leaves out only makes them worse.
+fn unless_measured(check: Check, remedy: String) -> (Check, String) {
+    if check.status == Status::Fail {
+        return (check, remedy);
+    }
+    let check = Check {
+        status: Status::CannotSay,
+        ..check
+    };
+    let check = check.because(
+        "the head is known by its data sheet alone, which leaves out friction, dither and drift",
+    );
+    let measure =
+        "measure how far the spot strays, and write it as left_out in [servo] of the head's file";
+    (check, measure.to_owned())
+}
+
+/// Marks that no light reaches; `None` where all are lit.
+fn dark_check(
+    number: usize,
+    recipe: &str,
+    delays: LaserDelays,
+    darkness: &Darkness,
+) -> Option<Check> {
+    let Darkness { chains, dark, .. } = darkness;
+    let (layer, start) = darkness.first_dark?;
+    let reason = format!(
+        "of {chains}: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
+        1e6 * delays.on,
+        1e6 * delays.off
+    );
+    let place = Place {
+        layer: Some(layer),
+        ..Place::at(start.to_array())
+    };
+    let check = Check::judge(
+        &format!("dark-{number}"),
+        &format!("{recipe}: marks between jumps that stay dark"),
+        Measure::exact(*dark as f64, ""),
+        Limit::AtMost(0.0),
+    );
+    Some(check.because(&reason).at(place).remedy(
+        "lpbf.delays = \"tuned\"; or a laser-on delay no longer than the laser-off delay, with a wait after jumps in its stead",
+    ))
+}
+
+/// The marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
+pub(super) fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
+    if *plan.settings.job.lpbf.delays == DelayChoice::Tuned {
+        return Ok(Vec::new());
+    }
+    let period = plan.settings.data.head.period;
+    let mut lines = Vec::new();
+    for (k, recipe) in plan.settings.recipes.iter().enumerate() {
+        let darkness = Darkness::of(plan.work.layers(recipe)?, recipe.delays, period)?;
+        if let Some(c) = dark_check(k + 1, &recipe.name, recipe.delays, &darkness) {
+            let words = (c.status.words(), &c.title, c.line());
+            let mut line = format!("foretold: {}: {}: {}", words.0, words.1, words.2);
+            for more in [
+                c.place.map(|p| format!(" ({p})")),
+                c.remedy.map(|r| format!("; {r}")),
+            ] {
+                line.push_str(&more.unwrap_or_default());
+            }
+            lines.push(line);
+        }
+    }
+    Ok(lines)
+}
+
+/// Judges every recipe.
+pub(super) fn checks(
+    settings: &Settings,
+    results: &[RecipeResult<'_>],
+    reporter: &Reporter,
+) -> Vec<Check> {
+    let motors = ['x', 'y', 'z'].into_iter().zip(settings.data.misfits);
+    let motors = motors.filter_map(|(axis, over)| Some(of_motor(axis, over?)));
+    let mut checks: Vec<Check> = motors.collect();
+    let known = |check: Check| unless_guessed(check, settings);
+    for (k, r) in results.iter().enumerate() {
+        let (number, name) = (k + 1, r.recipe.name.as_str());
+        let contours = |errors: &PathErrors| contours(settings, number, name, errors);
+        let check = contours(&r.errors);
+        checks.push(known(over_the_range(check, r, |end| {
+            Some(contours(&end.errors))
+        })));
+        checks.extend(dark_check(number, name, r.delays, &r.darkness));
+        // contours alone have no surface to fill
+        let limit = settings.job.checks.fill_rate.filter(|_| r.fills());
+        checks.extend(limit.map(|limit| {
+            let filled = |fill: &[f64]| filled(settings, number, (r, fill), limit.0);
+            let check = filled(&r.fill);
+            known(over_the_range(check, r, |end| Some(filled(&end.fill))))
+        }));
+    }
+    if let Some(heat) = &settings.heat {
+        for (k, r) in results.iter().enumerate() {
+            let fused = |melted: &RecipeHeat, reporter: &Reporter| {
+                heat::check(heat, k + 1, &r.recipe.name, melted, reporter)
+            };
+            checks.extend(r.heat.as_ref().map(|melted| {
+                let check = fused(melted, reporter);
+                // what is to be warned of is the recipe's own, whatever the friction
+                let ends = over_the_range(check, r, |end| {
+                    Some(fused(end.heat.as_ref()?, &Reporter::new()))
+                });
+                known(ends)
+            }));
+        }
+    } else {
+        checks.push(Check::not_checked(
+            "melt-pool",
+            "fusion of the powder",
+            "the job does not ask for it: fast recipes may not melt well; add [heat]",
+        ));
+    }
+    checks
+}
+
+/// How near contours come.
+fn contours(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) -> Check {
+    let id = format!("contour-{number}");
+    if errors.contour.total() == 0 {
+        let title = format!("{recipe}: contours");
+        return Check::not_checked(&id, &title, "no contour was marked");
+    }
+    let limits = &settings.job.checks;
+    let share = |further: f64| errors.contour.share_below(limits.contour_error.0 + further);
+    let below = 100.0 * share(0.0);
+    let left_out = settings.data.head.left_out;
+    let found = match left_out.flatten() {
+        Some(s) => Measure::new(below, 50.0 * (share(s) - share(-s)), "%"),
+        None => Measure::exact(below, "%"),
+    };
+    let title = format!(
+        "{recipe}: contour points within {:.0} µm",
+        1e3 * limits.contour_error.0
+    );
+    let limit = Limit::AtLeast(100.0 * limits.contour_share.0);
+    let check = Check::judge(&id, &title, found, limit);
+    let (check, remedy) = match left_out {
+        Some(None) => unless_measured(check, contour_remedy(settings)),
+        _ => (check, contour_remedy(settings)),
+    };
+    check
+        .at(Place::at(errors.worst.extend(0.0).to_array()))
+        .remedy(remedy)
+}
+
+/// How much of the surface is reached, against a least share.
+fn filled(
+    settings: &Settings,
+    number: usize,
+    (result, fill): (&RecipeResult<'_>, &[f64]),
+    least: f64,
+) -> Check {
+    let (id, title) = (format!("fill-{number}"), result.fill_title());
+    let found = Measure::exact(100.0 * fill[2], "%");
+    Check::judge(&id, &title, found, Limit::AtLeast(100.0 * least)).remedy(
+        match *settings.job.lpbf.delays {
+            DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
+            DelayChoice::Tuned => "a closer hatch",
+        },
+    )
+}
