@@ -1,6 +1,7 @@
 //! What is known of the axes' friction, and what it does to a verdict: where the head's file states a range, every recipe is run
 //! with the least and with the most of it, too, and a check holds only if it comes out alike.
 
+use meltpath_base::number::significant;
 use meltpath_base::{Check, Fact, Status};
 use meltpath_scan_head::axis::friction::{Drag, Friction};
 use meltpath_scan_head::files::HeadData;
@@ -34,17 +35,18 @@ pub(crate) fn fact(data: &HeadData) -> Option<Fact> {
         Friction::None => 0.0,
         Friction::Coulomb { coulomb, .. }
         | Friction::Karnopp { coulomb, .. }
-        | Friction::LuGre { coulomb, .. } => 1e6 * coulomb,
+        | Friction::LuGre { coulomb, .. } => coulomb,
     };
+    let shown = |torque: f64| significant(1e6 * torque, 3);
     let axes = ['X', 'Y', 'Z'].into_iter().zip(&data.drag);
     let told: Vec<String> = axes
         .filter_map(|(letter, known)| {
             let [least, most] = known.ends.as_ref()?.each_ref().map(torque);
-            Some(format!("{letter} {least:.3} to {most:.3} µN·m"))
+            Some(format!("{letter} {} to {} µN·m", shown(least), shown(most)))
         })
         .collect();
     let words = format!(
-        "{} of Coulomb torque by the head's file: each check is made with the least, the value and the most",
+        "{} of Coulomb torque by the head's file; each check is made with its value, the least and the most",
         told.join(", ")
     );
     (!told.is_empty()).then(|| Fact::words("friction", "friction of the axes", &words))
@@ -84,20 +86,18 @@ fn merged(check: Check, least: Check, most: Check) -> Check {
         worst => worst,
     };
     let remedies = [&check, &least, &most].map(|c| c.remedy.clone());
-    let mut out = Check { status, ..check };
+    let check = Check { status, ..check };
+    let remedy = remedies.into_iter().flatten().next().unwrap_or_default();
+    let words = words.unwrap_or_default();
     if status == Status::CannotSay && !alike {
-        out = out.because("the friction of the axes decides");
-    }
-    if let Some(words) = words {
-        out = out.because(&words);
-    }
-    let remedy = remedies.into_iter().flatten().next();
-    match remedy {
-        Some(remedy) if status == Status::CannotSay && !alike => out.remedy(format!(
-            "{MEASURE}, or make it hold for all of it: {remedy}"
-        )),
-        Some(remedy) => out.remedy(remedy),
-        None => out,
+        let reason = format!("the friction of the axes decides: {words}");
+        check
+            .because(&reason)
+            .remedy(format!("{MEASURE}; or {remedy}"))
+    } else if words.is_empty() {
+        check.remedy(remedy)
+    } else {
+        check.because(&words).remedy(remedy)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Scan-head jobs from their files to the folder of results.
 
 mod data_sheet;
+mod friction;
 mod heat;
 mod options;
 mod refused;

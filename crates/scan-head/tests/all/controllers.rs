@@ -50,17 +50,17 @@ pub(crate) fn without_prefilter(mut head: ScanHead) -> ScanHead {
 
 /// What a head does on one square.
 #[derive(Debug, Clone)]
-struct Told {
+pub(crate) struct Told {
     /// Lower end of the 0.002° wide interval that holds most tracking errors on marks, X and Y, deg.
     majority: [f64; 2],
     /// Median on marks, X and Y, deg.
-    median: [f64; 2],
+    pub(crate) median: [f64; 2],
     /// 99 % on marks, X, deg.
     p99: f64,
     /// Shares of contour points below 10, 20, 30, 100, 200, 300 µm.
-    contour: [f64; 6],
+    pub(crate) contour: [f64; 6],
     /// Largest contour error, mm.
-    largest: f64,
+    pub(crate) largest: f64,
     /// Fill rate, sampled and swept.
     fill: [f64; 2],
 }
@@ -83,7 +83,7 @@ fn majority(h: &Histogram) -> f64 {
     best.map_or(0.0, |(k, _)| k as f64 * per as f64 * h.bin)
 }
 
-fn told(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Told {
+pub(crate) fn told(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Told {
     told_with(head, plate, recipe, |_, _| None)
 }
 
