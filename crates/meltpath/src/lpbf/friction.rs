@@ -5,22 +5,12 @@ use meltpath_base::number::significant;
 use meltpath_base::{Check, Fact, Status};
 use meltpath_scan_head::axis::friction::{Drag, Friction};
 use meltpath_scan_head::files::HeadData;
-use meltpath_scan_head::measures::contour_error::PathErrors;
 
-use super::heat::RecipeHeat;
-use super::result::RecipeResult;
+use super::result::{AtEnd, RecipeResult};
 use super::settings::Settings;
 
 /// What holds X, Y and Z, where it is another friction than the value of the head's file.
 pub(super) type Drags = [Option<Drag>; 3];
-
-/// What is judged of a recipe at one end of the friction's range.
-pub(crate) struct AtEnd {
-    pub(super) errors: PathErrors,
-    /// Mean fill rate in each mode.
-    pub(super) fill: Vec<f64>,
-    pub(super) heat: Option<RecipeHeat>,
-}
 
 /// The least and the most friction of a head: every range of its file at its end; `None` where it states none.
 pub(super) fn ends(data: &HeadData) -> Option<[Drags; 2]> {

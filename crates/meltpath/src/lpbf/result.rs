@@ -11,7 +11,6 @@ use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillMode;
 
-use super::friction::AtEnd;
 use super::heat::RecipeHeat;
 
 /// The modes in which fill rates are told.
@@ -22,6 +21,14 @@ pub(crate) const MODES: [FillMode; 3] = [
 ];
 /// Samples kept of the path of the first square, at most.
 const SHOWN: usize = 400_000;
+
+/// What is judged of a recipe at one end of the friction's range.
+pub(crate) struct AtEnd {
+    pub(super) errors: PathErrors,
+    /// Mean fill rate in each mode.
+    pub(super) fill: Vec<f64>,
+    pub(super) heat: Option<RecipeHeat>,
+}
 
 /// What one recipe did.
 pub(crate) struct RecipeResult<'a> {

@@ -21,11 +21,11 @@ use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
 use super::error::LpbfError;
-use super::friction::{self, AtEnd};
+use super::friction;
 use super::heat::{self, BeamRecord, RecipeHeat};
 use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
-use super::result::{MODES, Path2d, RecipeResult};
+use super::result::{AtEnd, MODES, Path2d, RecipeResult};
 use super::settings;
 use super::{motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;

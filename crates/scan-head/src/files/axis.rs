@@ -11,7 +11,7 @@ use crate::files::figure::{
     BackEmf, CurrentGain, Inductance, Inertia, Rate, Resistance, SpeedGain, Torque, TorqueConstant,
     Viscous,
 };
-use crate::files::friction::{FrictionTable, drag};
+use crate::files::friction::{FrictionKeys, FrictionTable};
 use crate::files::motor::{ModeTable, mode};
 use meltpath_base::settings::{Ranged, Sourced};
 use meltpath_base::{Angle, AngularSpeed, Current, Pure, Time, Voltage, table};
@@ -96,6 +96,18 @@ table! {
     }
 }
 
+impl AxisTable {
+    /// What says how the axis is held.
+    pub(super) fn friction_keys(&self) -> FrictionKeys<'_> {
+        FrictionKeys {
+            viscous: &self.viscous,
+            coulomb: &self.coulomb,
+            bias: &self.bias,
+            law: &self.friction,
+        }
+    }
+}
+
 /// Times of current, speed and position, s.
 pub(super) fn tuning(axis: &AxisTable) -> Option<[f64; 3]> {
     let t = axis.tuning.as_ref()?;
@@ -105,7 +117,7 @@ pub(super) fn tuning(axis: &AxisTable) -> Option<[f64; 3]> {
 pub(super) fn read_axis(t: &AxisTable) -> Axis {
     let kc = t.torque_constant.0;
     let inertia = t.inertia.0;
-    let Drag { dry, viscous } = drag(t);
+    let Drag { dry, viscous } = t.friction_keys().drag();
     let speed = match &*t.speed_filter {
         None => SpeedSource::Rotor,
         Some(filter) => SpeedSource::Derivative { filter: filter.0 },

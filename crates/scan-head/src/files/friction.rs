@@ -1,7 +1,6 @@
 //! The friction of an axis in a head's file: its law, and how well it is known.
 
 use crate::axis::friction::{Drag, Friction};
-use crate::files::axis::AxisTable;
 use crate::files::figure::{Stiffness, Torque, Viscous};
 use meltpath_base::quantity::Quantity;
 use meltpath_base::settings::{
@@ -71,21 +70,6 @@ impl Value for FrictionTable {
     }
 }
 
-/// The bias is of the printed law alone.
-pub(super) fn check(axis: &Setting<Option<AxisTable>>) -> Option<Problem> {
-    let axis = axis.as_ref()?;
-    let biased = axis.bias.0 != 0.0 || axis.bias.ends() != [0.0; 2];
-    let both = axis.friction.is_some() && biased;
-    let problem = || {
-        let message = format!("{} is of the Coulomb law alone", axis.bias.name);
-        let name = &axis.friction.name;
-        axis.bias
-            .problem(message)
-            .help(format!("write 0 N·m there, or leave out [{name}]"))
-    };
-    both.then(problem)
-}
-
 /// Which value of a figure that is known as a range.
 #[derive(Debug, Clone, Copy)]
 enum Of {
@@ -105,32 +89,6 @@ impl Of {
     }
 }
 
-fn drag_of(t: &AxisTable, of: Of) -> Drag {
-    let (coulomb, bias) = (of.number(&t.coulomb), of.number(&t.bias));
-    let dry = match &*t.friction {
-        None => Friction::Coulomb { coulomb, bias },
-        Some(FrictionTable::Karnopp(f)) => Friction::Karnopp {
-            coulomb,
-            stiction: of.number(&f.stiction),
-            rest: f.rest.0,
-        },
-        Some(FrictionTable::Lugre(f)) => Friction::LuGre {
-            coulomb,
-            stiction: of.number(&f.stiction),
-            stribeck: f.stribeck.0,
-            stiffness: f.stiffness.0,
-            damping: f.damping.0,
-        },
-    };
-    let viscous = of.number(&t.viscous);
-    Drag { dry, viscous }
-}
-
-/// What holds an axis, by the values of its file.
-pub(super) fn drag(t: &AxisTable) -> Drag {
-    drag_of(t, Of::Value)
-}
-
 /// How well the friction of an axis is known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct KnownDrag {
@@ -140,21 +98,72 @@ pub struct KnownDrag {
     pub guesses: Vec<String>,
 }
 
-/// How well the friction of an axis is known by its table.
-pub(super) fn known(t: &AxisTable) -> KnownDrag {
-    fn guessed<Q: Quantity>(figure: &Setting<Ranged<Q>>) -> Option<&String> {
-        figure.is_bare_guess().then_some(&figure.name)
+/// The keys of an axis that say what holds it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrictionKeys<'a> {
+    pub(super) viscous: &'a Setting<Ranged<Viscous>>,
+    pub(super) coulomb: &'a Setting<Ranged<Torque>>,
+    pub(super) bias: &'a Setting<Ranged<Torque>>,
+    pub(super) law: &'a Setting<Option<FrictionTable>>,
+}
+
+impl FrictionKeys<'_> {
+    /// The bias is of the printed law alone.
+    pub(super) fn check(self) -> Option<Problem> {
+        let Self { bias, law, .. } = self;
+        let biased = bias.0 != 0.0 || bias.ends() != [0.0; 2];
+        let problem = || {
+            let message = format!("{} is of the Coulomb law alone", bias.name);
+            bias.problem(message).help(format!(
+                "write 0 N·m there, without a range, or leave out [{}]",
+                law.name
+            ))
+        };
+        (law.is_some() && biased).then(problem)
     }
-    let (coulomb, bias) = (&t.coulomb, &t.bias);
-    let stiction = t.friction.as_ref().map(|law| match law {
-        FrictionTable::Karnopp(f) => &f.stiction,
-        FrictionTable::Lugre(f) => &f.stiction,
-    });
-    let torques = [Some(coulomb), Some(bias), stiction].into_iter().flatten();
-    let ranged = torques.clone().any(|f| f.range.is_some()) || t.viscous.range.is_some();
-    let guesses = torques.filter_map(guessed).chain(guessed(&t.viscous));
-    KnownDrag {
-        ends: ranged.then(|| [drag_of(t, Of::Least), drag_of(t, Of::Most)]),
-        guesses: guesses.cloned().collect(),
+
+    fn of(self, of: Of) -> Drag {
+        let (coulomb, bias) = (of.number(self.coulomb), of.number(self.bias));
+        let dry = match &**self.law {
+            None => Friction::Coulomb { coulomb, bias },
+            Some(FrictionTable::Karnopp(f)) => Friction::Karnopp {
+                coulomb,
+                stiction: of.number(&f.stiction),
+                rest: f.rest.0,
+            },
+            Some(FrictionTable::Lugre(f)) => Friction::LuGre {
+                coulomb,
+                stiction: of.number(&f.stiction),
+                stribeck: f.stribeck.0,
+                stiffness: f.stiffness.0,
+                damping: f.damping.0,
+            },
+        };
+        let viscous = of.number(self.viscous);
+        Drag { dry, viscous }
+    }
+
+    /// What holds the axis, by the values of its file.
+    pub(super) fn drag(self) -> Drag {
+        self.of(Of::Value)
+    }
+
+    /// How well that is known.
+    pub(super) fn known(self) -> KnownDrag {
+        fn guessed<Q: Quantity>(figure: &Setting<Ranged<Q>>) -> Option<&String> {
+            figure.is_bare_guess().then_some(&figure.name)
+        }
+        let stiction = self.law.as_ref().map(|law| match law {
+            FrictionTable::Karnopp(f) => &f.stiction,
+            FrictionTable::Lugre(f) => &f.stiction,
+        });
+        let torques = [Some(self.coulomb), Some(self.bias), stiction];
+        let torques = torques.into_iter().flatten();
+        let ranged = torques.clone().any(|f| f.range.is_some()) || self.viscous.range.is_some();
+        let guesses = torques.filter_map(guessed).chain(guessed(self.viscous));
+        KnownDrag {
+            ends: ranged.then(|| [self.of(Of::Least), self.of(Of::Most)]),
+            guesses: guesses.cloned().collect(),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::files::axis::{AxisTable, read_axis, tuning};
 use crate::files::figure::Hertz;
-use crate::files::friction::{KnownDrag, check, known};
+use crate::files::friction::KnownDrag;
 use crate::files::servo::{ServoTable, read_servos};
 use crate::head::head_axis::HeadAxis;
 use crate::head::scan_head::ScanHead;
@@ -238,7 +238,7 @@ fn between_keys(file: &HeadFile) -> Vec<Problem> {
     };
     [&file.x, &file.y]
         .into_iter()
-        .filter_map(check)
+        .filter_map(|axis| axis.as_ref()?.friction_keys().check())
         .chain(focus)
         .chain(axes)
         .collect()
@@ -304,7 +304,8 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
         misfits: [&file.x, &file.y, &file.z]
             .map(|axis| axis.as_ref().and_then(|t| Some(t.misfit.as_ref()?.0))),
         drag: [&file.x, &file.y, &file.z]
-            .map(|axis| axis.as_ref().map_or_else(KnownDrag::default, known)),
+            .map(|axis| axis.as_ref().map(|t| t.friction_keys().known()))
+            .map(Option::unwrap_or_default),
     })
 }
 

@@ -69,7 +69,11 @@ fn odd_head(folder: &Path, text: &str, words: &str) {
 fn friction_laws_are_keys_of_head_files() {
     let dir = tempfile::tempdir().unwrap();
     let with = |table: &str| {
-        let free = THREE.replace("\"1e-5 N·m\"", "\"0 N·m\"");
+        let none = "\"0 N·m\", source";
+        let free = THREE.replace(
+            "\"1e-5 N·m\", low = \"0 N·m\", high = \"3e-5 N·m\", source",
+            none,
+        );
         ["x", "y"].iter().fold(free, |text, axis| {
             text.replace(
                 &format!("[{axis}.tuning]"),
