@@ -16,3 +16,4 @@ mod refine;
 pub mod refusal;
 pub mod responses;
 pub mod transfers;
+mod triangles;

@@ -55,12 +55,12 @@ pub(super) fn over_the_range(
     let (Some(least), Some(most)) = (judge(least), judge(most)) else {
         return check;
     };
-    merged(check, least, most)
+    merged(check, &least, &most)
 }
 
-fn merged(check: Check, least: Check, most: Check) -> Check {
+fn merged(check: Check, least: &Check, most: &Check) -> Check {
     let told = |c: &Check| c.value.as_ref().map(ToString::to_string);
-    let figures = told(&least).zip(told(&most));
+    let figures = told(least).zip(told(most));
     let words = figures.map(|(least, most)| {
         if least == most {
             format!("{least} with the least and with the most friction of the head's file")
@@ -75,7 +75,7 @@ fn merged(check: Check, least: Check, most: Check) -> Check {
         Status::Fail if !alike => Status::CannotSay,
         worst => worst,
     };
-    let remedies = [&check, &least, &most].map(|c| c.remedy.clone());
+    let remedies = [&check, least, most].map(|c| c.remedy.clone());
     let check = Check { status, ..check };
     let remedy = remedies.into_iter().flatten().next().unwrap_or_default();
     let words = words.unwrap_or_default();
@@ -135,7 +135,7 @@ mod tests {
             (80.0, 99.0, 70.0, Status::CannotSay),
             (80.0, 85.0, 70.0, Status::Fail),
         ] {
-            let check = merged(judged(value), judged(least), judged(most));
+            let check = merged(judged(value), &judged(least), &judged(most));
             assert_eq!(check.status, status, "{value} {least} {most}");
             assert_eq!(check.value, Some(Measure::exact(value, "%")));
             for figure in [least, most] {

@@ -315,7 +315,8 @@ impl<'a> Run<'a> {
         let ends = match ended {
             None => None,
             Some(ends) => {
-                let [least, most] = ends.map(|end| self.melted(end?, (&first, hatch), &heat));
+                let [least, most] =
+                    ends.map(|end| self.melted(end?, (&first, hatch), heat.as_ref()));
                 Some([least?, most?])
             }
         };
@@ -358,14 +359,14 @@ impl<'a> Run<'a> {
     /// states no range. Of the beam what lies up to the vector `last` is kept.
     fn at_ends(&self, delays: LaserDelays, last: u32) -> Option<[Result<EndMarked, HeadError>; 2]> {
         let [least, most] = friction::ends(&self.plan.settings.data)?;
-        let run = |drags| self.at_end(self.head.clone().held_by(drags)?, delays, last);
+        let run = |drags| self.at_end(&self.head.clone().held_by(drags)?, delays, last);
         let (least, most) = rayon::join(|| run(least), || run(most));
         Some([least, most])
     }
 
     fn at_end(
         &self,
-        head: ReadyHead,
+        head: &ReadyHead,
         delays: LaserDelays,
         last: u32,
     ) -> Result<EndMarked, HeadError> {
@@ -392,7 +393,7 @@ impl<'a> Run<'a> {
         &self,
         end: EndMarked,
         (first, hatch): (&ScanJob, f64),
-        value: &Option<RecipeHeat>,
+        value: Option<&RecipeHeat>,
     ) -> Result<AtEnd, LpbfError> {
         let settings = self.plan.settings.heat.as_ref();
         let heat = match (settings, value, end.record) {

@@ -190,6 +190,15 @@ impl<const N: usize> Drive<N> {
 
     /// Current and angle at each sample under held voltages; the first [`LATEST`] samples may be missing (not a number).
     pub(super) fn run(&self, start: &[f64; N], voltage: &[f64]) -> [Vec<f64>; 2] {
+        self.follow(start, voltage).0
+    }
+
+    /// The state in which held voltages leave the motor.
+    pub(super) fn end(&self, start: &[f64; N], voltage: &[f64]) -> [f64; N] {
+        self.follow(start, voltage).1
+    }
+
+    fn follow(&self, start: &[f64; N], voltage: &[f64]) -> ([Vec<f64>; 2], [f64; N]) {
         let mut out = [(); 2].map(|()| vec![f64::NAN; voltage.len() + LATEST]);
         let mut x = *start;
         let mut way = match dot(&self.speed, &x) {
@@ -230,7 +239,7 @@ impl<const N: usize> Drive<N> {
         for column in &mut out {
             column.truncate(voltage.len());
         }
-        out
+        (out, x)
     }
 
     /// What moves the rotor that way (0: nothing does), and friction's torque.

@@ -10,7 +10,7 @@ use crate::identification::modes::{KNOWN, ModeSearch};
 use crate::identification::motor::{Identified, known};
 use crate::identification::noise::{stands_out, white};
 use crate::identification::record::BenchRecord;
-use crate::identification::refine::{COARSE, Cut, FINE, ROUGH, Settled, settle};
+use crate::identification::refine::{COARSE, Cut, FINE, ROUGH, Settled, freed, settle};
 use crate::identification::refusal::{Refusal, RefusedPeak};
 use meltpath_numerics::least_squares::LeastSquaresError;
 
@@ -222,6 +222,7 @@ fn fitted(record: &BenchRecord<'_>, begin: &Estimate) -> Result<(Settled, Vec<Pa
     modes_known(&settled, &free)?;
     if free.contains(&Parameter::Coulomb) {
         settled = from_both_sides(record, settled, &free);
+        settled = unless_caught(record, settled, &free);
     }
     let Some(dry) = free.iter().position(|p| *p == Parameter::Coulomb) else {
         return Ok((settled, free));
@@ -256,6 +257,25 @@ fn from_both_sides(record: &BenchRecord<'_>, mut best: Settled, free: &[Paramete
         }
     }
     best
+}
+
+/// The same fit, pieces that friction's turns caught begun anew where the piece before ends, if that leads lower: one of 24 pieces takes
+/// all parameters along.
+fn unless_caught(record: &BenchRecord<'_>, settled: Settled, free: &[Parameter]) -> Settled {
+    let begins = match settled.estimate.motor.modes.len() {
+        0 => freed::<3>(record, FINE, &settled),
+        1 => freed::<5>(record, FINE, &settled),
+        2 => freed::<7>(record, FINE, &settled),
+        _ => freed::<9>(record, FINE, &settled),
+    };
+    let Ok(Some(begins)) = begins else {
+        return settled;
+    };
+    let mut same = free.to_vec();
+    match determined(record, FINE, (&settled.estimate, &begins), &mut same) {
+        Ok(other) if same == free && other.cost < settled.cost => other,
+        _ => settled,
+    }
 }
 
 /// The fit of those free parameters that the record determines; the others stay where they are, dry friction at none.

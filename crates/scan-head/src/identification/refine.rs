@@ -15,6 +15,7 @@ use crate::identification::drive::{Drive, LATEST};
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{Estimate, Parameter, Units};
 use crate::identification::record::BenchRecord;
+use crate::identification::triangles::{damped, deviations, led, stepped};
 
 /// How a record is cut, and how far a fit to its pieces goes.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +55,11 @@ const BEGINS: usize = 60;
 const EASED: usize = 3;
 /// Shares of its step that the first state of a piece may go.
 const GOES: [f64; 4] = [1.0, 0.3, 0.1, 0.0];
+/// A piece that leaves this many times the squared residuals of the median piece is caught among friction's turns.
+const CAUGHT: f64 = 1.5;
+/// Steps over which slopes are taken anew where friction's turns made the ground rough: a slope over a short step that a jump crosses
+/// says too much, and what it tells of a parameter counts only if longer steps to either side tell it, too.
+const REACHES: [f64; 3] = [-1.0, 30.0, -30.0];
 /// Residuals below this share of a channel are rounding.
 const ROUNDING: f64 = 1e-9;
 /// Damping up to which a step counts as a whole one.
@@ -124,7 +130,7 @@ pub(super) fn settle<const N: usize>(
     }
     // first where the pieces begin, lest the parameters make up for it
     stand = pieces.eased(stand, BEGINS)?;
-    let mut triangles = pieces.linearise(&stand, free)?;
+    let mut triangles = pieces.linearise(&stand, free, 1.0)?;
     let (mut damping, mut poor, mut smooth) = (1e-3, 0, false);
     for _ in 0..TRIES {
         let step = damped(&triangles, N, free.len(), damping)?;
@@ -141,7 +147,7 @@ pub(super) fn settle<const N: usize>(
         let gain = stand.cost - next.cost;
         if gain > 0.0 {
             stand = next;
-            triangles = pieces.linearise(&stand, free)?;
+            triangles = pieces.linearise(&stand, free, 1.0)?;
             damping = f64::max(0.1 * damping, 1e-10);
         } else {
             damping *= 10.0;
@@ -160,8 +166,18 @@ pub(super) fn settle<const N: usize>(
             }
         }
     }
+    let mut sigma = deviations(&triangles, N, free.len())?;
+    if !smooth {
+        for reach in REACHES {
+            let triangles = pieces.linearise(&stand, free, reach)?;
+            let other = deviations(&triangles, N, free.len())?;
+            for (sigma, other) in sigma.iter_mut().zip(other) {
+                *sigma = sigma.max(other);
+            }
+        }
+    }
     Ok(Settled {
-        sigma: deviations(&triangles, N, free.len())?,
+        sigma,
         left: pieces.left(&stand)?,
         rounding: pieces.rounding,
         estimate: stand.estimate,
@@ -171,6 +187,52 @@ pub(super) fn settle<const N: usize>(
         units: pieces.units,
         smooth,
     })
+}
+
+impl Settled {
+    /// The pieces that leave far more than most: their first states stayed at a low place that is not the lowest.
+    fn caught(&self) -> Vec<usize> {
+        let squares = |piece: usize| -> f64 {
+            let of = |(left, rms): (&Vec<Vec<f64>>, &f64)| {
+                left[piece].iter().map(|l| l * l).sum::<f64>() / (rms * rms)
+            };
+            self.left.iter().zip(&self.rms).map(of).sum()
+        };
+        let all: Vec<f64> = (0..self.begins.len()).map(squares).collect();
+        let mut sorted = all.clone();
+        sorted.sort_by(f64::total_cmp);
+        let most = CAUGHT
+            * sorted
+                .get(sorted.len() / 2)
+                .copied()
+                .unwrap_or(f64::INFINITY);
+        (0..all.len()).filter(|piece| all[*piece] > most).collect()
+    }
+}
+
+/// Where the pieces of a fit begin, those that are caught at the end of the piece before; nothing where none is.
+///
+/// # Errors
+/// [`IdentificationError::Axis`].
+pub(super) fn freed<const N: usize>(
+    record: &BenchRecord<'_>,
+    cut: Cut,
+    settled: &Settled,
+) -> Result<Option<Vec<Vec<f64>>>, IdentificationError> {
+    let pieces = Pieces::<N>::new(record, cut.piece, &settled.estimate);
+    let drive = pieces.drive(&settled.estimate)?;
+    let mut begins = settled.begins.clone();
+    let mut any = false;
+    for piece in settled.caught() {
+        let before = piece.checked_sub(1);
+        let state = before.and_then(|k| <[f64; N]>::try_from(begins.get(k)?.as_slice()).ok());
+        let span = before.and_then(|k| pieces.spans.get(k));
+        if let (Some(state), Some(span)) = (state, span) {
+            begins[piece] = drive.end(&state, &record.voltage[span.clone()]).to_vec();
+            any = true;
+        }
+    }
+    Ok(any.then_some(begins))
 }
 
 impl<'a, const N: usize> Pieces<'a, N> {
@@ -303,20 +365,22 @@ impl<'a, const N: usize> Pieces<'a, N> {
         current / (rms[0] * rms[0]) + angle / (rms[1] * rms[1])
     }
 
-    /// The triangle of each piece: columns are its first state, the free parameters, and what is left of the record.
+    /// The triangle of each piece: columns are its first state, the free parameters, and what is left of the record. Slopes are taken
+    /// over `reach` times the usual steps of the parameters.
     fn linearise(
         &self,
         stand: &Stand<N>,
         free: &[Parameter],
+        reach: f64,
     ) -> Result<Vec<Matrix>, IdentificationError> {
         let drive = self.drive(&stand.estimate)?;
         let steps: Vec<f64> = free
             .iter()
             .map(|p| {
                 if matches!(p, Parameter::Delay(_)) {
-                    1e-5
+                    1e-5 * reach
                 } else {
-                    1e-6
+                    1e-6 * reach
                 }
             })
             .collect();
@@ -459,126 +523,70 @@ impl<'a, const N: usize> Pieces<'a, N> {
     }
 }
 
-/// How the first state of a piece goes with a step of the parameters.
-fn led<const N: usize>(triangle: &Matrix, step: &[f64]) -> [f64; N] {
-    let mut by = [0.0; N];
-    for i in (0..N).rev() {
-        let mut right = triangle[(i, N + step.len())];
-        for (j, step) in step.iter().enumerate() {
-            right -= triangle[(i, N + j)] * step;
-        }
-        for k in i + 1..N {
-            right -= triangle[(i, k)] * by[k];
-        }
-        by[i] = right / triangle[(i, i)];
-    }
-    by
-}
-
 fn root_mean_square(values: &[f64]) -> f64 {
     let sum: f64 = values.iter().map(|v| v * v).sum();
     (sum / values.len().max(1) as f64).sqrt()
 }
 
-/// What the triangles say of the free parameters: rows beyond the first states.
-fn told(
-    triangles: &[Matrix],
-    states: usize,
-    free: usize,
-) -> impl Iterator<Item = (Vec<f64>, f64)> + '_ {
-    triangles.iter().flat_map(move |t| {
-        (states..t.rows().min(states + free)).map(move |i| {
-            let row = (0..free).map(|j| t[(i, states + j)]).collect();
-            (row, t[(i, states + free)])
-        })
-    })
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::axis::galvanometer::{Galvanometer, example};
 
-/// The step of the free parameters, damped by the lengths of their columns.
-fn damped(
-    triangles: &[Matrix],
-    states: usize,
-    free: usize,
-    damping: f64,
-) -> Result<Vec<f64>, LeastSquaresError> {
-    let mut system = Regression::new(free);
-    let mut lengths = vec![0.0; free];
-    for (row, right) in told(triangles, states, free) {
-        for (length, value) in lengths.iter_mut().zip(&row) {
-            *length += value * value;
+    /// The state in which one piece ends is the one in which the next begins, across turns of the rotor.
+    #[test]
+    fn a_caught_piece_begins_where_the_one_before_ends() {
+        let motor = Galvanometer {
+            modes: vec![],
+            ..example()
+        };
+        let estimate = Estimate {
+            motor,
+            coulomb: 3e-5,
+            bias: 0.0,
+            delays: [0.0; 2],
+        };
+        let period = 20e-6;
+        let drive = Drive::<3>::new(&estimate.driven(), estimate.delays, period).unwrap();
+        let voltage: Vec<f64> = (0..4800)
+            .map(|k| if (k / 37) % 3 == 0 { 0.8 } else { -0.5 })
+            .collect();
+        let [current, angle] = drive.run(&[0.0; 3], &voltage);
+        let record = BenchRecord {
+            period,
+            voltage: &voltage,
+            current: &current,
+            angle: &angle,
+        };
+        let pieces = Pieces::<3>::new(&record, FINE.piece, &estimate);
+        let mut begins = vec![vec![0.0; 3]];
+        for k in 1..pieces.spans.len() {
+            let before: [f64; 3] = begins[k - 1].as_slice().try_into().unwrap();
+            let span = pieces.spans[k - 1].clone();
+            begins.push(drive.end(&before, &voltage[span]).to_vec());
         }
-        system.push(row, right);
-    }
-    for (j, length) in lengths.iter().enumerate() {
-        let level = (damping * length).sqrt();
-        system.push((0..free).map(|i| if i == j { level } else { 0.0 }), 0.0);
-    }
-    Ok(system.solve()?.values)
-}
-
-/// The step of a first state, damped by the lengths of its columns.
-fn stepped<const N: usize>(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, LeastSquaresError> {
-    let mut system = Regression::new(N);
-    let mut lengths = [0.0; N];
-    for i in 0..triangle.rows().min(N) {
-        for (j, length) in lengths.iter_mut().enumerate() {
-            *length += triangle[(i, j)].powi(2);
+        let left = |caught: f64| -> Vec<Vec<f64>> {
+            let level = |k: usize| if k == 7 { caught } else { 1.0 };
+            (0..begins.len()).map(|k| vec![level(k); 100]).collect()
+        };
+        let mut settled = Settled {
+            estimate,
+            sigma: vec![],
+            begins: begins.clone(),
+            rms: [1.0; 2],
+            left: [left(1.0), left(2.0)],
+            rounding: [0.0; 2],
+            cost: 0.0,
+            units: pieces.units,
+            smooth: true,
+        };
+        settled.begins[7] = vec![0.1, 3.0, -0.2];
+        let anew = freed::<3>(&record, FINE, &settled).unwrap().unwrap();
+        for (anew, wanted) in anew.iter().flatten().zip(begins.iter().flatten()) {
+            assert!((anew - wanted).abs() < 1e-12, "{anew} {wanted}");
         }
-        system.push((0..N).map(|j| triangle[(i, j)]), triangle[(i, N)]);
+        // nothing is begun anew where all leave alike
+        settled.left = [left(1.0), left(1.1)];
+        assert!(freed::<3>(&record, FINE, &settled).unwrap().is_none());
     }
-    for (j, length) in lengths.iter().enumerate() {
-        let level = (damping * length).sqrt();
-        system.push((0..N).map(|i| if i == j { level } else { 0.0 }), 0.0);
-    }
-    Ok(system.solve()?.values)
-}
-
-/// One standard deviation of each free parameter: the larger of what white residuals leave, and of what the pieces' own scatter
-/// leaves.
-fn deviations(
-    triangles: &[Matrix],
-    states: usize,
-    free: usize,
-) -> Result<Vec<f64>, LeastSquaresError> {
-    let variances = variances(triangles, states, free)?.into_iter();
-    Ok(variances
-        .map(|(white, scatter)| white.max(scatter).sqrt())
-        .collect())
-}
-
-/// Variances of each free parameter: what white residuals leave, and what the pieces' own scatter leaves (the sandwich of Ljung's
-/// eq. 9.54 with pieces as its terms).
-fn variances(
-    triangles: &[Matrix],
-    states: usize,
-    free: usize,
-) -> Result<Vec<(f64, f64)>, LeastSquaresError> {
-    let mut system = Regression::new(free);
-    for (row, right) in told(triangles, states, free) {
-        system.push(row, right);
-    }
-    let spread = system.solve()?.spread;
-    let mut scatter = vec![0.0; free];
-    for t in triangles {
-        let mut slope = vec![0.0; free];
-        for (row, right) in told(std::slice::from_ref(t), states, free) {
-            for (slope, value) in slope.iter_mut().zip(row) {
-                *slope += value * right;
-            }
-        }
-        for (i, scatter) in scatter.iter_mut().enumerate() {
-            let by: f64 = slope
-                .iter()
-                .enumerate()
-                .map(|(j, s)| spread[(i, j)] * s)
-                .sum();
-            *scatter += by * by;
-        }
-    }
-    let pieces = triangles.len() as f64;
-    Ok(scatter
-        .iter()
-        .enumerate()
-        .map(|(i, scatter)| (spread[(i, i)], scatter * pieces / (pieces - 1.0).max(1.0)))
-        .collect())
 }
