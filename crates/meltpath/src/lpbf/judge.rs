@@ -10,7 +10,7 @@ use meltpath_scan_head::head::head_axis::HeadAxis;
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 
-use super::friction::{over_the_range, unless_guessed};
+use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
 use super::plan::Plan;
 use super::result::RecipeResult;
@@ -36,11 +36,12 @@ fn contour_remedy(settings: &Settings) -> String {
     } else {
         "a controller tuned on this head (`meltpath tune`)"
     };
-    match *settings.job.lpbf.path {
-        PathChoice::Preview => controller.to_owned(),
-        PathChoice::AsCommanded | PathChoice::Synchronised => {
-            format!("{controller}, or lpbf.path = \"preview\"")
-        }
+    // a preview is made for the axes' lag: with more friction than it knows of the spot strays farther than without
+    let helps = *settings.job.lpbf.path != PathChoice::Preview && ends(&settings.data).is_none();
+    if helps {
+        format!("{controller}, or lpbf.path = \"preview\"")
+    } else {
+        controller.to_owned()
     }
 }
 

@@ -288,8 +288,29 @@ fn remedies_of_a_laser_verdict_are_true() {
              [plate]\nblock = [1, 1]\nside = \"2 mm\"\nhatch = \"0.1 mm\"\n{checks}\n"
         )
     };
-    let contour = job(
+    let ranged = job(
         "two-axis-150",
+        "industrial",
+        "[checks]\ncontour_error = \"300 µm\"",
+    );
+    let ranged = ranged.replace("side = \"2 mm\"\nhatch = \"0.1 mm\"\n", "");
+    // the same heads, their friction measured
+    let measured = |line: &str| match line.split_once(", low = ") {
+        Some((value, _)) => format!("{value}, source = \"ramps\" }}\n"),
+        None => format!("{line}\n"),
+    };
+    for (name, shipped) in [
+        ("measured.toml", meltpath_data::scan_heads::TWO_AXIS_150),
+        (
+            "measured-350.toml",
+            meltpath_data::scan_heads::THREE_AXIS_350,
+        ),
+    ] {
+        let head: String = shipped.text.lines().map(measured).collect();
+        fs::write(folder.path().join(name), head).unwrap();
+    }
+    let contour = job(
+        "measured.toml",
         "industrial",
         "[checks]\ncontour_share = \"70 %\"",
     );
@@ -302,7 +323,7 @@ fn remedies_of_a_laser_verdict_are_true() {
     };
     let (fill, more_fill) = (filled("60 %"), filled("75 %"));
     let heat = job(
-        "three-axis-350",
+        "measured-350.toml",
         "fast.toml",
         "[heat]\n[checks]\nfusion = \"85 %\"",
     );
@@ -316,6 +337,7 @@ fn remedies_of_a_laser_verdict_are_true() {
     );
     #[rustfmt::skip]
     let cases = [
+        (&ranged, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.controller = \"h-infinity\"", cure: hinf }),
         (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.controller = \"h-infinity\"", cure: hinf }),
         (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.path = \"preview\"", cure: preview }),
         (&fill, Case { id: "fill-1", from: tuned, bad: own, named: "lpbf.delays = \"tuned\"", cure: tuned }),
