@@ -122,6 +122,9 @@ pub(crate) enum Command {
     Reach {
         /// STEP, STL or 3MF file.
         part: PathBuf,
+        /// Unit of a part file that carries none: mm, cm, m, in.
+        #[arg(long, default_value = "mm", value_parser = unit)]
+        unit: PartUnit,
         /// The robot: the name of one that ships, or a TOML file.
         #[arg(long)]
         robot: String,

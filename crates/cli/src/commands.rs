@@ -81,7 +81,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::List { of } => Ok(list(*of)),
         Command::Completions { shell } => Ok(manual::completions(*shell)),
         Command::Man { out } => manual::pages(out),
-        Command::Reach { part, robot } => mapped(part, robot),
+        Command::Reach { part, unit, robot } => mapped(part, *unit, robot),
         Command::New {
             process: NewProcess::Waam { name, shape, wire },
         } => made(start::waam(name, shape, wire.as_deref())),
@@ -219,10 +219,10 @@ fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failur
     Ok(0)
 }
 
-fn mapped(part: &Path, robot: &str) -> Result<u8, Failure> {
+fn mapped(part: &Path, unit: PartUnit, robot: &str) -> Result<u8, Failure> {
     let progress = Progress::new();
     let reporter = Reporter::new();
-    let lines = reach::reach(part, robot, &reporter, &progress)?;
+    let lines = reach::reach(part, unit, robot, &reporter, &progress)?;
     progress.finish();
     for text in &lines {
         line(text);
@@ -312,12 +312,7 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     for finding in meltpath::views::fit::lines(&found) {
         line(&finding);
     }
-    for check in &found.verdict.checks {
-        line(&format!("cannot say: {}", check.reason));
-    }
-    for warning in &found.verdict.warnings {
-        line(&format!("note: {}", warning.message));
-    }
+    show_verdict(&found.verdict);
     show_report(&found.folder);
     Ok(verdict_code(&found.verdict))
 }

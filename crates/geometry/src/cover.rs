@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::boolean::{GRID_PER_MM, PlanarError, difference, intersection, union};
 use crate::math::DVec2;
 use crate::offset::stroke;
+use crate::overhang::distance;
 use crate::region::Region;
 
 /// Side of a tile, in reaches of the band: a few lines wide.
@@ -267,23 +268,7 @@ impl Tile {
 
     /// Whether a region holds `p` or comes as near as `within`.
     fn comes_near(&self, p: DVec2, within: f64) -> bool {
-        self.regions.iter().any(|region| {
-            let mut inside = false;
-            let mut near = false;
-            for ring in region.rings() {
-                let mut a = ring[ring.len() - 1];
-                for &b in ring {
-                    let crosses = (a.y > p.y) != (b.y > p.y);
-                    inside ^= crosses && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x);
-                    let way = b - a;
-                    let share = (p - a).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
-                    let foot = a + way * share.clamp(0.0, 1.0);
-                    near |= p.distance_squared(foot) <= within * within;
-                    a = b;
-                }
-            }
-            inside || near
-        })
+        self.regions.iter().any(|region| region.contains(p)) || distance(&self.regions, p) <= within
     }
 }
 

@@ -1,14 +1,15 @@
 //! Signed distance from a closed mesh: the nearest place, and on which side a point lies.
 //!
 //! The sign is that of the angle-weighted normal of the nearest triangle, edge or corner (Baerentzen and Aanaes 2005), which holds at
-//! sharp edges too. The mesh is closed and its triangles show outwards, as repaired parts do.
+//! sharp edges too. The mesh is closed and its triangles show outwards, as repaired parts do. An open one has two sides as far as its
+//! rims; beyond them it can be taken to go on along its tangent.
 
 use crate::bvh::Bvh;
 use crate::math::DVec3;
 use crate::topology::{edges, half_edges};
 use crate::{Mesh, topology::is_degenerate};
 
-/// A closed mesh that is asked for distances.
+/// A mesh that is asked for distances.
 #[derive(Debug)]
 pub struct Distance {
     mesh: Mesh,
@@ -19,6 +20,19 @@ pub struct Distance {
     sides: Vec<[DVec3; 3]>,
     /// Of each vertex.
     corners: Vec<DVec3>,
+    /// Of each triangle which of its sides are a rim, side k from corner k on.
+    rim_sides: Vec<[bool; 3]>,
+    /// Whether each vertex is on a rim.
+    rim_corners: Vec<bool>,
+}
+
+/// Where on a mesh.
+#[derive(Debug, Clone, Copy)]
+struct On {
+    point: DVec3,
+    /// The normal over the face, side or corner, of any length.
+    normal: DVec3,
+    rim: bool,
 }
 
 /// The nearest place of a mesh.
@@ -43,11 +57,20 @@ impl Distance {
         };
         let faces: Vec<DVec3> = (0..mesh.triangles.len()).map(face).collect();
         let mut sides = vec![[DVec3::ZERO; 3]; faces.len()];
+        let mut rim_sides = vec![[false; 3]; faces.len()];
+        let mut rim_corners = vec![false; mesh.vertices.len()];
         let sorted = half_edges(&mesh);
         for edge in edges(&sorted) {
             let sum: DVec3 = edge.iter().map(|h| faces[h.triangle() as usize]).sum();
             for side in edge {
-                sides[side.triangle() as usize][(side.corner % 3) as usize] = sum;
+                let (t, k) = (side.triangle() as usize, (side.corner % 3) as usize);
+                sides[t][k] = sum;
+                if edge.len() == 1 {
+                    rim_sides[t][k] = true;
+                    for end in [k, (k + 1) % 3] {
+                        rim_corners[mesh.triangles[t][end] as usize] = true;
+                    }
+                }
             }
         }
         let mut corners = vec![DVec3::ZERO; mesh.vertices.len()];
@@ -67,75 +90,117 @@ impl Distance {
             faces,
             sides,
             corners,
+            rim_sides,
+            rim_corners,
         }
     }
 
     /// The nearest place; `None` of an empty mesh, or where the point is not finite.
     pub fn foot(&self, p: DVec3) -> Option<Foot> {
-        let mut best: Option<(f64, DVec3, DVec3)> = None;
-        self.tree.nearest(p, |t| {
-            let (point, feature) = self.on_triangle(t, p);
-            let squared = point.distance_squared(p);
-            let near = best.map_or(f64::INFINITY, |b| b.0);
-            if squared < near {
-                best = Some((squared, point, feature));
-            }
-            near.min(squared)
-        });
-        let (squared, point, normal) = best?;
-        let away = p - point;
-        let outside = away.dot(normal) >= 0.0;
-        let distance = squared.sqrt();
-        let sense = if outside { 1.0 } else { -1.0 };
-        let own = normal.normalize_or_zero();
-        // over a way so short rounding has the direction
-        let outward = if distance > 1e-9 {
-            sense * away / distance
-        } else {
-            own
-        };
+        self.nearest(p).map(|on| Foot::from(on, p))
+    }
+
+    /// The same of a mesh that goes on beyond its rims along its tangent there: what is nearest to a rim is as far as that plane.
+    pub fn foot_beyond(&self, p: DVec3) -> Option<Foot> {
+        let on = self.nearest(p)?;
+        if !on.rim {
+            return Some(Foot::from(on, p));
+        }
+        let outward = on.normal.normalize_or_zero();
+        let distance = (p - on.point).dot(outward);
         Some(Foot {
-            point,
-            distance: sense * distance,
+            point: p - distance * outward,
+            distance,
             outward,
         })
     }
 
+    fn nearest(&self, p: DVec3) -> Option<On> {
+        let mut best: Option<(f64, On)> = None;
+        self.tree.nearest(p, |t| {
+            let on = self.on_triangle(t, p);
+            let squared = on.point.distance_squared(p);
+            let near = best.map_or(f64::INFINITY, |b| b.0);
+            if squared < near {
+                best = Some((squared, on));
+            }
+            near.min(squared)
+        });
+        best.map(|b| b.1)
+    }
+
     /// The nearest point of a triangle, and the normal over the face, side or corner on which it lies (Ericson 2005, § 5.1.5).
-    fn on_triangle(&self, t: u32, p: DVec3) -> (DVec3, DVec3) {
+    fn on_triangle(&self, t: u32, p: DVec3) -> On {
         let t = t as usize;
-        let [a, b, c] = self.mesh.corners(t);
-        let corner = |k: usize| self.corners[self.mesh.triangles[t][k] as usize];
+        let corners = self.mesh.corners(t);
+        let [a, b, c] = corners;
+        let corner = |k: usize| {
+            let vertex = self.mesh.triangles[t][k] as usize;
+            On {
+                point: corners[k],
+                normal: self.corners[vertex],
+                rim: self.rim_corners[vertex],
+            }
+        };
+        let side = |point: DVec3, k: usize| On {
+            point,
+            normal: self.sides[t][k],
+            rim: self.rim_sides[t][k],
+        };
         let (ab, ac, ap) = (b - a, c - a, p - a);
         let (d1, d2) = (ab.dot(ap), ac.dot(ap));
         if d1 <= 0.0 && d2 <= 0.0 {
-            return (a, corner(0));
+            return corner(0);
         }
         let bp = p - b;
         let (d3, d4) = (ab.dot(bp), ac.dot(bp));
         if d3 >= 0.0 && d4 <= d3 {
-            return (b, corner(1));
+            return corner(1);
         }
         let vc = d1 * d4 - d3 * d2;
         if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-            return (a + ab * (d1 / (d1 - d3)), self.sides[t][0]);
+            return side(a + ab * (d1 / (d1 - d3)), 0);
         }
         let cp = p - c;
         let (d5, d6) = (ab.dot(cp), ac.dot(cp));
         if d6 >= 0.0 && d5 <= d6 {
-            return (c, corner(2));
+            return corner(2);
         }
         let vb = d5 * d2 - d1 * d6;
         if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-            return (a + ac * (d2 / (d2 - d6)), self.sides[t][2]);
+            return side(a + ac * (d2 / (d2 - d6)), 2);
         }
         let va = d3 * d6 - d5 * d4;
         if va <= 0.0 && d4 >= d3 && d5 >= d6 {
             let share = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-            return (b + (c - b) * share, self.sides[t][1]);
+            return side(b + (c - b) * share, 1);
         }
         let sum = va + vb + vc;
-        (a + ab * (vb / sum) + ac * (vc / sum), self.faces[t])
+        On {
+            point: a + ab * (vb / sum) + ac * (vc / sum),
+            normal: self.faces[t],
+            rim: false,
+        }
+    }
+}
+
+impl Foot {
+    fn from(on: On, p: DVec3) -> Self {
+        let away = p - on.point;
+        let outside = away.dot(on.normal) >= 0.0;
+        let distance = away.length();
+        let sense = if outside { 1.0 } else { -1.0 };
+        // over a way so short rounding has the direction
+        let outward = if distance > 1e-9 {
+            sense * away / distance
+        } else {
+            on.normal.normalize_or_zero()
+        };
+        Foot {
+            point: on.point,
+            distance: sense * distance,
+            outward,
+        }
     }
 }
 
@@ -159,6 +224,33 @@ mod tests {
             prop_assert!((foot.distance - wanted).abs() < 1e-9, "{} for {wanted}", foot.distance);
             prop_assert!((foot.point + foot.distance * foot.outward).distance(p) < 1e-9);
         }
+    }
+
+    /// A square that goes on as its plane, however far beside it one asks; without that it ends at its rim.
+    #[test]
+    fn beyond_its_rims_a_sheet_goes_on_along_its_tangent() {
+        let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
+        let lie = |(x, y): (f64, f64)| DVec3::new(x, y, 1.0 + 0.25 * x);
+        let sheet = Mesh {
+            vertices: corners.map(lie).to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        };
+        let near = Distance::new(&sheet);
+        let normal = DVec3::new(-0.25, 0.0, 1.0).normalize();
+        for x in [-3.0, 0.0, 1.0, 4.0, 6.5] {
+            for y in [-2.0, 0.0, 2.5, 4.0, 9.0] {
+                for z in [-1.0, 3.0] {
+                    let p = DVec3::new(x, y, z);
+                    let wanted = (p - lie((0.0, 0.0))).dot(normal);
+                    let foot = near.foot_beyond(p).unwrap();
+                    assert!((foot.distance - wanted).abs() < 1e-12, "{p:?} {foot:?}");
+                    assert!(foot.outward.distance(normal) < 1e-9, "{foot:?}");
+                    assert!((foot.point + foot.distance * foot.outward).distance(p) < 1e-12);
+                }
+            }
+        }
+        let beside = near.foot(DVec3::new(-3.0, 2.0, 1.0)).unwrap();
+        assert!((beside.distance.abs() - 3.0).abs() < 1e-12, "{beside:?}");
     }
 
     #[test]

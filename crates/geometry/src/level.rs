@@ -129,6 +129,24 @@ impl Sampled {
         }
     }
 
+    /// Another field on the same grid, of place and value; what was forgotten stays so, and so does what has no value then.
+    #[must_use]
+    pub fn map(&self, field: impl Fn(DVec3, f64) -> f64 + Sync) -> Self {
+        let known = |i: usize| {
+            let value = self.values[i];
+            if value.is_nan() {
+                value
+            } else {
+                field(self.point(i), value)
+            }
+        };
+        let values = (0..self.values.len()).into_par_iter().map(known);
+        Sampled {
+            values: values.collect(),
+            ..*self
+        }
+    }
+
     /// The greatest value; of nothing minus infinity.
     pub fn greatest(&self) -> f64 {
         self.values

@@ -34,10 +34,7 @@ impl Region {
     pub fn contains(&self, p: DVec2) -> bool {
         let crossed = |ring: &Ring| {
             let ends = ring.iter().zip(ring.iter().cycle().skip(1));
-            ends.filter(|(a, b)| {
-                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-            })
-            .count()
+            ends.filter(|(a, b)| crosses(**a, **b, p)).count()
         };
         self.rings().map(crossed).sum::<usize>() % 2 == 1
     }
@@ -46,6 +43,11 @@ impl Region {
     pub fn rings(&self) -> impl Iterator<Item = &Ring> {
         std::iter::once(&self.outer).chain(&self.holes)
     }
+}
+
+/// Whether the ray from `p` along x crosses the edge from `a` to `b`, mm: a ring that it crosses an odd number of times is round `p`.
+pub fn crosses(a: DVec2, b: DVec2, p: DVec2) -> bool {
+    (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
 }
 
 /// Signed area of a ring, mm²: positive when counter-clockwise.

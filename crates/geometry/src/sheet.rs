@@ -8,6 +8,7 @@ mod subdivide;
 mod thin;
 
 pub use front::{Front, FrontEnd, FrontLine, FrontPoint, Fronts};
+pub use subdivide::subdivide;
 pub use thin::thinned;
 
 use crate::Mesh;
@@ -144,7 +145,7 @@ impl Sheet {
             return Err(SheetError::Empty);
         }
         check_edges(&own)?;
-        subdivide::subdivide(&mut own, 0.25 * spacing, MOST_TRIANGLES)
+        subdivide(&mut own, 0.25 * spacing, MOST_TRIANGLES)
             .ok_or(SheetError::TooFine { spacing })?;
         let neighbours = neighbours(&own);
         let (first, around) = around(&own);

@@ -32,7 +32,7 @@ pub struct Row {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// Time runs backwards or a value is not finite.
-    #[error("point {index} of the beam path ({time} s): {what}")]
+    #[error("point {} of the beam path ({time} s): {what}", index + 1)]
     Row {
         /// Which, from 0.
         index: usize,

@@ -2,7 +2,8 @@
 //!
 //! `layer_cost 10 50` draws the lines of squares of 10 and 50 mm; `layer_cost cube 50 0.24` a cube of 10 mm, its first 50 layers on
 //! cells of 0.24 mm, each on what those below left warm. One thread, so that seconds are those of a core; `threads 2 10` takes two,
-//! and tells what passed on the clock.
+//! and tells what passed on the clock;
+//! `cell 0.06 10` draws on cells of 60 µm.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -28,13 +29,16 @@ fn main() {
     let number = |n: usize| words.get(n).and_then(|w| w.parse::<f64>().ok());
     if words.first().is_some_and(|w| w == "threads") {
         let (threads, side) = number(1).zip(number(2)).unwrap_or((2.0, 10.0));
-        cost_of(side, threads as usize);
+        cost_of(side, FINE, threads as usize);
+    } else if words.first().is_some_and(|w| w == "cell") {
+        let (cell, side) = number(1).zip(number(2)).unwrap_or((2.0 * FINE, 10.0));
+        cost_of(side, cell, 1);
     } else if words.first().is_some_and(|w| w == "cube") {
         let (layers, cell) = number(1).zip(number(2)).unwrap_or((3.0, 0.24));
         cube(layers as usize, cell);
     } else {
         for side in (0..words.len()).filter_map(number) {
-            cost_of(side, 1);
+            cost_of(side, FINE, 1);
         }
     }
 }
@@ -45,6 +49,8 @@ pub(crate) fn titanium() -> Material {
     read(text, Readings::default()).unwrap()
 }
 
+/// Usual cells, mm.
+pub(crate) const FINE: f64 = 0.03;
 /// Distance of lines, mm.
 const APART: f64 = 0.1;
 const SPEED: f64 = 980.0;
@@ -191,20 +197,21 @@ fn drawn(
         .unwrap()
 }
 
-/// The lines of a square on cells of 30 µm: what they cost.
-pub(crate) fn cost_of(side: f64, threads: usize) {
+/// The lines of a square: what they cost.
+pub(crate) fn cost_of(side: f64, cell: f64, threads: usize) {
     let path = square(side, false);
     let (length, reach) = (SPEED * path.end(), reach(path.end()));
     let (begun, clock) = (computed(), Instant::now());
     let drawn = drawn(
         std::slice::from_ref(&path),
-        [0.03, reach],
+        [cell, reach],
         (None, threads),
         &Told::new(length),
     );
     let (seconds, passed) = (computed() - begun, clock.elapsed().as_secs_f64());
     println!(
-        "{side} x {side} mm, {:.3} m of path in {:.3} s of process, half space of {reach:.1} mm: {passed:.1} s on {threads} thread(s), {seconds:.1} CPU-s, {:.4} per mm, {:.1} million updates per mm; {:.0} MiB at most; heat not accounted for {:.1e}; vapour takes {:.1} %",
+        "{side} x {side} mm on cells of {:.0} µm, {:.3} m of path in {:.3} s of process, half space of {reach:.1} mm: {passed:.1} s on {threads} thread(s), {seconds:.1} CPU-s, {:.4} per mm, {:.1} million updates per mm; {:.0} MiB at most; heat not accounted for {:.1e}; vapour takes {:.1} %",
+        1e3 * cell,
         1e-3 * length,
         path.end(),
         seconds / length,

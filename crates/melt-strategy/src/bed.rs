@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 2.0;
 /// Planes are equal down to this depth, mm: twice what electrons reach, and deeper than pools of 300 W.
 pub(crate) const EVEN: f64 = 0.2;
 /// Each plane below is at most so many times as high as the one above it.
-const GROWTH: f64 = 1.5;
+pub(crate) const GROWTH: f64 = 1.5;
 
 /// How far the ground reaches that is drawn on: there it is held at the start temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]

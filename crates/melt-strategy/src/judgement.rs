@@ -5,6 +5,8 @@
 //! not converged, or not robust where the power moves it (docs/theory/sources.md). It is told on the cells as set. How much of it is owed to them, cells twice as large
 //! show; all that moves it besides is looked for on those, where all runs together cost less than the one as set.
 
+mod size;
+
 use meltpath_base::Observer;
 
 use crate::bed::{Body, Domain, EVEN, Reading, Resolution, extent, planes};
@@ -18,20 +20,15 @@ use meltpath_thermal::solver::Face;
 use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
+pub use size::{Bytes, bytes};
+use size::{KEPT, coarser};
+
 /// Largest change of a share that is called converged.
 pub const CONVERGED: f64 = 0.05;
 /// Change of the power that a share must bear.
 pub const POWER: f64 = 0.05;
 /// A smaller change of the power that it must bear.
 pub const LESS: f64 = 0.01;
-/// Most levels of coarser cells.
-const COARSER: usize = 4;
-/// Where layers cool on each other the coarsest cells, on which they do, are no larger than this, mm: two fifths of what heat spreads
-/// before.
-const COOLING: f64 = 1.0;
-/// How far beside the path highest temperatures are kept, mm.
-const KEPT: f64 = 0.5;
-
 /// One run of the judge and how it differs from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variant {
@@ -369,15 +366,10 @@ fn setup(
     let covered = hull.grown(beside);
     let height = body.layer / f64::from(resolution.planes.max(1));
     let depth = ((below / body.layer - 1e-6).ceil() * body.layer).max(body.layer);
-    // the coarsest tiles are no wider than what lies beside twice over: the ground ends where it is asked to, or little further
-    let wide = |levels: &usize| {
-        let coarsest = resolution.cell * f64::from(1_u32 << levels);
-        16.0 * coarsest > 4.0 * beside || (body.between.is_some() && coarsest > COOLING)
-    };
     Setup {
         covered: [covered.low, covered.high],
         cell: resolution.cell,
-        coarser: (0..COARSER).find(|n| wide(&(n + 1))).unwrap_or(COARSER),
+        coarser: coarser(resolution, body.between.is_some()),
         heights: planes(body.layer, height, depth),
         layer: body.layer,
         tracked: ((EVEN / body.layer).ceil() * body.layer).min(depth),

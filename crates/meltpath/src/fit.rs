@@ -2,15 +2,16 @@
 
 pub mod error;
 pub mod found;
+mod judge;
 pub mod measurements;
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Check, Fact, Measure, Observer, Provenance, Reporter, Status, Verdict};
-use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
+use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError, sizes};
 use meltpath_thermal::calibration::fit::solve_radius;
 use meltpath_thermal::calibration::fit::{
-    self as least_squares, Fitted, Measured, Nothing, Prior, which_to_build,
+    self as least_squares, Fitted, Measured, Prior, which_to_build,
 };
 use meltpath_thermal::material::file::Readings;
 
@@ -20,15 +21,13 @@ use crate::views;
 
 pub use error::FitCommandError;
 pub use found::{Candidate, Found, Prediction};
+use measurements::BOUNDS;
 pub use measurements::Measurements;
 
 /// Rounds of least squares at most.
 const ROUNDS: u32 = 4;
 /// Accuracy of a predicted radius, mm.
 const RADIUS: f64 = 2e-3;
-/// Efficiencies and widths that can be.
-const BOUNDS: [[f64; 2]; 2] = [[0.3, 1.0], [0.4, 2.0]];
-
 fn guess(values: &[f64]) -> BeamGuess {
     BeamGuess {
         efficiency: values[0],
@@ -50,10 +49,11 @@ pub fn fit(
     let measured = measurements::read(file)?;
     crate::outcome::record_inputs(&mut provenance, &[file])?;
     let beside = file.parent().unwrap_or(Path::new(""));
-    let found = search(&measured, beside, &mut provenance, &reporter, observer)?;
+    let found = search(&measured, beside, &mut provenance, observer);
+    let found = found.map_err(FitCommandError::of_measurements)?;
     let (before, fitted, prediction) = found;
     for (n, m) in measured.all.iter().enumerate() {
-        let miss = (m.value - fitted.predicted[n]) / m.sigma;
+        let miss = (m.value - fitted.predicted[n]) / m.sigma.hypot(fitted.roughness[n]);
         if miss.abs() > 2.0 {
             reporter.warn(
                 "not-explained",
@@ -81,7 +81,7 @@ pub fn fit(
     ];
     facts.extend(prediction.as_ref().and_then(views::fit::to_build));
     let verdict = Verdict {
-        checks: taught(fitted.nothing(&priors_of(&measured)), &measured),
+        checks: judge::checks(&fitted, &priors_of(&measured), &measured),
         facts,
         warnings: reporter.warnings(),
     };
@@ -117,37 +117,12 @@ fn priors_of(measured: &Measurements) -> [Prior; 2] {
     ]
 }
 
-/// A fit that says no more than what was believed before says so.
-fn taught(nothing: Option<Nothing>, measured: &Measurements) -> Vec<Check> {
-    let Some(nothing) = nothing else {
-        return Vec::new();
-    };
-    let spacing = 1e3 * measured.spacing;
-    let reason = match nothing {
-        Nothing::Blind => format!(
-            "what is printed is what was believed before: on charts {spacing:.0} µm apart no measured size changes with efficiency or diameter"
-        ),
-        Nothing::Stuck => format!(
-            "the search stopped where it began: on charts {spacing:.0} µm apart sizes change by jumps, and no step along their slopes explains them better"
-        ),
-    };
-    let check = Check::not_checked("taught", "measurements teach something", &reason);
-    vec![
-        Check {
-            status: Status::CannotSay,
-            ..check
-        }
-        .remedy("finer charts (spacing, 25 µm by default), more layers, or bodies that answer to the beam: struts and walls of several powers"),
-    ]
-}
-
 type Answer = (Vec<f64>, Fitted, Option<Prediction>);
 
 fn search(
     measured: &Measurements,
     folder: &Path,
     provenance: &mut Provenance,
-    reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Answer, FitCommandError> {
     let loaded = load(&measured.material, Readings::default(), folder)?;
@@ -160,7 +135,7 @@ fn search(
     );
     provenance.model(
         "fit",
-        "least squares with prior knowledge, Gauss-Newton, uncertainties carried through the slopes",
+        "least squares with prior knowledge, Gauss-Newton; uncertainties, the roughness of the voxels among them, carried through the slopes",
     );
     let bench = Bench {
         material: &material,
@@ -181,37 +156,19 @@ fn search(
             sigma: m.sigma,
         })
         .collect();
-    let mut all = |values: &[f64]| {
-        measured
-            .all
-            .iter()
-            .map(|m| size(&m.coupon, values, &mut charts))
-            .collect::<Result<Vec<f64>, _>>()
-    };
+    let coupons: Vec<&Coupon> = measured.all.iter().map(|m| &m.coupon).collect();
+    let mut all = |values: &[f64]| sizes(&coupons, &bench, guess(values), &mut charts, observer);
     let start = priors.each_ref().map(|p| p.value);
     let before = all(&start)?;
     let fitted = least_squares::fit(&priors, &values, ROUNDS, &mut all)?;
-    for (n, p) in priors.iter().enumerate() {
-        if p.bounds.contains(&fitted.values[n]) {
-            reporter.warn(
-                "fit-at-bound",
-                format!(
-                    "the fitted {} lies at the limit of what is physical, {:.2}",
-                    p.name, fitted.values[n]
-                ),
-                "do not use the correction; look at the measured sizes, their units, and the beam of each body",
-            );
-        }
-    }
-    let like = measured
-        .all
-        .iter()
+    let struts = measured.all.iter().zip(&fitted.roughness);
+    let like = struts
         .rev()
-        .find(|m| matches!(m.coupon, Coupon::Strut { .. }));
+        .find(|(m, _)| matches!(m.coupon, Coupon::Strut { .. }));
     let prediction = match (measured.wanted, like) {
-        (Some(wanted), Some(like)) => Some(predict(
+        (Some(wanted), Some((like, rough))) => Some(predict(
             wanted,
-            &like.coupon,
+            (&like.coupon, *rough),
             &start,
             &fitted,
             &mut |coupon, values| size(coupon, values, &mut charts),
@@ -237,7 +194,7 @@ fn with_radius(like: &Coupon, radius: f64) -> Coupon {
 
 fn predict(
     wanted: f64,
-    like: &Coupon,
+    (like, rough): (&Coupon, f64),
     before: &[f64],
     fitted: &Fitted,
     size: &mut Size<'_>,
@@ -284,7 +241,7 @@ fn predict(
                     let width = (ends[1][0] - ends[0][0]).max(f64::MIN_POSITIVE);
                     slopes.push((ends[1][1] - ends[0][1]) / width);
                 }
-                [here, fitted.sigma_of(&slopes)]
+                [here, fitted.sigma_of(&slopes).hypot(rough)]
             }
         };
         candidates.push(Candidate { radius, diameter });

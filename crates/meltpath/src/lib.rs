@@ -13,6 +13,7 @@ pub mod inspect;
 pub mod job;
 pub mod list;
 pub mod lpbf;
+mod machine;
 pub mod material;
 pub mod outcome;
 pub mod reach;

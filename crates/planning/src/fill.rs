@@ -26,6 +26,7 @@ mod zigzag;
 pub use coverage::{Coverage, Gap};
 pub use layer::{FillLayer, PassIds};
 pub use pace::nominal_length;
+pub(crate) use plan::passes_alone;
 pub use plan::{LayerPlan, plan_layer, plan_layers};
 pub use settings::{
     ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Paces,

@@ -8,6 +8,7 @@ use crate::program::{
     Position, PositionRef, Program, Speed, Termination,
 };
 use crate::scan::tidy;
+use crate::template::ArcLines;
 
 /// A program being read.
 #[derive(Debug)]
@@ -88,6 +89,21 @@ impl Collected {
         self.push(Instruction::Raw(tidy(text)));
     }
 
+    /// Keeps lines that begin as those of the arc do and go on otherwise, told at the one that does; how many they are.
+    pub(crate) fn broken(&mut self, arc: ArcLines<'_>, lines: &[&str]) -> usize {
+        let Some(broken) = arc.broken(lines).and_then(|n| lines.get(..n)) else {
+            return 0;
+        };
+        let first = self.line;
+        for (i, line) in broken.iter().enumerate() {
+            self.line = first + i as u32;
+            let at = self.program.instructions.len();
+            self.program.arc_lines.insert(at, i + 1 == broken.len());
+            self.keep(line);
+        }
+        broken.len()
+    }
+
     /// The last move.
     pub(crate) fn last_move(&mut self) -> Option<&mut MotionInstruction> {
         let all = self.program.instructions.iter_mut().rev();
@@ -163,7 +179,14 @@ impl Collected {
         });
     }
 
-    pub(crate) fn finish(self) -> Parsed {
+    /// What was read of a file of these lines.
+    pub(crate) fn finish(mut self, lines: &[&str]) -> Parsed {
+        let text = |line: &u32| {
+            let at = (*line as usize).checked_sub(1);
+            let text = at.and_then(|i| lines.get(i));
+            text.map(|t| tidy(t)).unwrap_or_default()
+        };
+        self.program.texts = self.program.lines.iter().map(text).collect();
         Parsed {
             lines: self.program.lines.clone(),
             program: self.program,

@@ -28,7 +28,7 @@ pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
 use crate::positioner::Turning;
-use crate::program::{ArcValue, Position, Program};
+use crate::program::{ArcValue, Instruction, Position, Program};
 
 /// What the programs do not say themselves.
 #[derive(Debug, Clone, PartialEq)]
@@ -246,6 +246,18 @@ fn table(program: &Program) -> BTreeMap<u32, &Position> {
     program.positions.iter().map(|p| (p.index, p)).collect()
 }
 
+/// An instruction, from 0, as people find it in its file.
+fn text_of(program: &Program, at: usize) -> String {
+    match (program.instructions.get(at), program.texts.get(at)) {
+        (Some(Instruction::Raw(text)), _) | (_, Some(text)) => text.clone(),
+        (Some(instruction), None) => instruction_text(instruction),
+        (None, None) => String::new(),
+    }
+}
+
+/// Index of a program, with numbers of its user and tool frame.
+type FramesAt = (usize, (u32, u32));
+
 struct Machine<'a> {
     programs: &'a [Program],
     settings: &'a ExecutionSettings,
@@ -258,8 +270,8 @@ struct Machine<'a> {
     frames: (Option<u32>, Option<u32>),
     /// Where the last move led to, where it is known.
     here: Option<Pose>,
-    /// Frames of the first bead.
-    bead_frames: Option<(u32, u32)>,
+    /// Names of user and tool frame of the first bead, and its program with their numbers there.
+    bead_frames: Option<([String; 2], FramesAt)>,
     /// External axes of the robot's group at the first bead.
     bead_axes: Option<Vec<f64>>,
     /// Where the positioner stood at the last move.
@@ -311,11 +323,10 @@ impl Machine<'_> {
         if !self.seen.insert((self.at, why.to_string())) {
             return;
         }
-        let text = program.instructions.get(self.at.1);
         self.gaps.push(Gap {
             program: program.name.clone(),
             line,
-            text: text.map(instruction_text).unwrap_or_default(),
+            text: text_of(program, self.at.1),
             why,
         });
     }

@@ -79,6 +79,11 @@ pub enum ParseError {
         /// What a program of it has.
         wanted: &'static str,
     },
+    /// A project in inches.
+    #[error(
+        "the project is in inches (millimeterUnit=\"false\" in its .pjx); set it to millimetres on the controller, so that its points are converted, and export it again"
+    )]
+    InInches,
     /// A program without its end.
     #[error(
         "the program stops at line {line} without {wanted}: the file is cut off; export it again"

@@ -2,6 +2,7 @@
 //!
 //! Numbers are as files hold them: mm and degrees, speeds in the unit written.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use meltpath_base::choice;
@@ -18,6 +19,9 @@ choice! {
         Val3 "staubli-val3" => "Stäubli VAL3 (a project: `.pjx`, `.pgx`, `.dtx`), arc by lines of your own.",
     }
 }
+
+/// The word of a move along a path whose joints go at a small share of their speeds: the share follows, %.
+pub(crate) const JOINTS_AT: &str = "joints at ";
 
 /// One program.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +44,10 @@ pub struct Program {
     pub sections: Vec<Section>,
     /// Line in its file of each instruction, from 1; empty where the controller numbers instructions.
     pub lines: Vec<u32>,
+    /// Each instruction as its file writes it; empty where its text is the one written here.
+    pub texts: Vec<String>,
+    /// Kept lines that begin as those that switch the arc do, by their index, and whether the line is the one that goes on otherwise.
+    pub arc_lines: BTreeMap<usize, bool>,
 }
 
 impl Default for Program {
@@ -54,6 +62,8 @@ impl Default for Program {
             positions: Vec::new(),
             sections: Vec::new(),
             lines: Vec::new(),
+            texts: Vec::new(),
+            arc_lines: BTreeMap::new(),
         }
     }
 }
@@ -499,9 +509,38 @@ impl Dialect {
             Dialect::Val3 => "Stäubli VAL3",
         }
     }
+
+    /// Whether each move names the frames that it is in, so that no other line selects them.
+    pub(crate) fn moves_name_frames(self) -> bool {
+        matches!(self, Dialect::Rapid | Dialect::Inform | Dialect::Val3)
+    }
 }
 
+/// Header entries that name a tool and a user frame: this, a space, the number.
+pub(crate) const TOOL: &str = "TOOL";
+/// See [`TOOL`].
+pub(crate) const USER_FRAME: &str = "WOBJ";
+
 impl Program {
+    /// Names of user and tool frame by their numbers, which are the program's own: those of its header, else the numbers.
+    pub(crate) fn frame_names(&self, (frame, tool): (u32, u32)) -> [String; 2] {
+        [(USER_FRAME, frame), (TOOL, tool)].map(|(what, number)| {
+            let name = self.attribute(&format!("{what} {number}"));
+            name.map_or_else(|| number.to_string(), str::to_lowercase)
+        })
+    }
+
+    /// Names a tool or a user frame in the header, once.
+    pub(crate) fn name_frame(&mut self, what: &str, number: u32, name: &str) {
+        let key = format!("{what} {number}");
+        if self.attribute(&key).is_none() {
+            self.attributes.push(Attribute {
+                key,
+                value: name.to_owned(),
+            });
+        }
+    }
+
     /// The value of a header entry.
     pub fn attribute(&self, key: &str) -> Option<&str> {
         let found = self
@@ -516,5 +555,21 @@ impl Program {
         let at = (number as usize).checked_sub(1);
         let line = at.and_then(|i| self.lines.get(i));
         line.copied().unwrap_or(number)
+    }
+
+    /// What the dialect calls a position.
+    pub(crate) fn name_of(&self, index: u32) -> String {
+        let named = || {
+            let position = self.positions.iter().find(|p| p.index == index);
+            position.and_then(|p| p.comment.clone())
+        };
+        match self.dialect {
+            Dialect::FanucLs => format!("P[{index}]"),
+            // a name that only numbers is not kept
+            Dialect::Krl | Dialect::Rapid => named().unwrap_or_else(|| format!("P{index}")),
+            Dialect::UrScript | Dialect::Inform | Dialect::Val3 => {
+                named().unwrap_or_else(|| "the place of this move".to_owned())
+            }
+        }
     }
 }

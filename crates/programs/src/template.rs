@@ -1,6 +1,7 @@
 //! Lines with places for values, `{1}` to `{9}`: filled in, and recognised again. By such lines a cell says what switches its arc.
 
 use crate::program::{ArcAction, ArcWord};
+use crate::scan::first_word;
 use crate::written::NoWords;
 
 /// The lines that switch a cell's arc.
@@ -49,6 +50,21 @@ impl ArcLines<'_> {
         let values = recognised(self.end, lines)?;
         let arguments = on.take().unwrap_or_else(|| values.join(","));
         Some((self.end.len(), ArcWord::new(ArcAction::End, arguments)))
+    }
+
+    /// How many of `lines` begin as the arc's do before one that goes on otherwise with the word that it begins with, that one included.
+    pub(crate) fn broken(&self, lines: &[&str]) -> Option<usize> {
+        [self.start, self.set, self.end]
+            .into_iter()
+            .find_map(|template| {
+                let mut values = vec![String::new(); places(template)];
+                let mut pairs = template.iter().zip(lines);
+                let same = pairs.position(|(wanted, line)| {
+                    recognised_line(wanted.trim(), line.trim(), &mut values).is_none()
+                })?;
+                let [wanted, line] = [template.get(same)?.trim(), lines.get(same)?.trim()];
+                (same > 0 && first_word(wanted) == first_word(line)).then_some(same + 1)
+            })
     }
 }
 

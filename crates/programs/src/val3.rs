@@ -10,6 +10,7 @@ mod parse;
 mod words;
 mod write;
 
+pub use data::in_inches;
 pub use parse::read;
 pub use words::{Val3Output, Val3OutputKind, Val3Words};
 pub use write::write;

@@ -98,8 +98,7 @@ pub(crate) const BETWEEN_MOVES: NoWords = (
     "switch it at the end of a move",
 );
 /// What to do where a pose does not say how the arm stands.
-pub(crate) const NAME_THE_ROBOT: &str =
-    "name the robot (machine.robot), and see that it reaches every place: the check of reach tells";
+pub(crate) const NAME_THE_ROBOT: &str = "name a robot of this controller's maker (machine.robot; a file of yours says maker), and see that it reaches every place: the check of reach tells";
 
 /// What is taken of each position of the robot's own group, by the position's number.
 pub(crate) fn robot_places<T>(program: &Program, take: impl Fn(&Group) -> T) -> BTreeMap<u32, T> {

@@ -5,6 +5,7 @@ mod build;
 mod file;
 mod frame;
 mod layout;
+mod sound;
 mod stance;
 mod urdf;
 

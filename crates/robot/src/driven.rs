@@ -143,22 +143,19 @@ pub fn drive(
     };
     let bent = || JointMoves::new(along, &dwells, (controller, dt));
     let mut axes = Following::new(task, held, (riders, bent()?, dt));
-    let mut weaving;
-    let sink: &mut dyn MotionSink = if weaves.0.is_empty() {
-        &mut axes
-    } else {
-        weaving = Weaving::new(weaves.0, weaves.1, &mut axes);
-        &mut weaving
+    let go = |sink: &mut dyn MotionSink| -> Result<(), DrivenError> {
+        let mut bending = Bending::new(bent()?, sink);
+        let (start, commands) = (task.start, task.commands);
+        simulate(start, commands, controller, dt, observer, &mut bending)?;
+        Ok(())
     };
-    let mut bending = Bending::new(bent()?, sink);
-    simulate(
-        task.start,
-        task.commands,
-        controller,
-        dt,
-        observer,
-        &mut bending,
-    )?;
+    if weaves.0.is_empty() {
+        go(&mut axes)?;
+    } else {
+        let mut weaving = Weaving::new(weaves.0, weaves.1, controller, &mut axes)?;
+        go(&mut weaving)?;
+        weaving.finish();
+    }
     axes.end_run(None);
     Ok(axes.found)
 }

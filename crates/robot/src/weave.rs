@@ -1,42 +1,92 @@
 //! Weaving: the tool swings about its path while it goes along.
 //!
-//! Controllers add the swing to the interpolated path, across the direction of travel and the tool axis. Assumptions, to be checked on
-//! the controller at hand: the amplitude is reached in full at every frequency, dwells at the sides add to the period while the tool
-//! goes on along the path, the swing begins towards the left, and the tool returns to its path with the speed of the swing where weaving ends.
+//! Controllers add the swing to the interpolated path, across the direction of travel and the tool axis. What turns it on and off and to the
+//! side passes the same two moving averages as the motion (Rouchon 2022, §3.3.1), so that the woven path is as smooth as the motion is; the
+//! swing itself is drawn in full. Assumptions, to be checked on the controller at hand:
+//!
+//! - the amplitude is reached in full at every frequency, from T_1 + T_2 after the swing begins, and dies away within T_1 + T_2 after it ends;
+//! - where the path turns, the direction across turns with it about the tool axis, within T_1 + T_2, half of it before the corner and half
+//!   after; where the tool stands, the swing stands too, as gently;
+//! - the tips of a zigzag turn round within T_1, or half the period where that is shorter: as long as a change of speed lasts on the path;
+//! - dwells at the sides add to the period while the tool goes on along the path, and the swing begins towards the left.
 
-use std::f64::consts::TAU;
+mod across;
+mod weaving;
 
-use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{MotionBlock, MotionSink, Weave, WeaveShape};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use meltpath_toolpath::{Weave, WeaveShape};
+
+pub use weaving::Weaving;
 
 use crate::controller::Controller;
 
-/// How much faster than its swing the tool may change sides, where the path turns.
-const CATCH_UP: f64 = 1.05;
+/// The swing of a weave.
+#[derive(Debug, Clone, Copy)]
+struct Swing<'a> {
+    weave: &'a Weave,
+    /// The share of the period, without dwells, in which a tip of a zigzag turns round: at most a half.
+    tip: f64,
+}
 
-/// Where the swing is at a time after its beginning, in amplitudes: along the travel, and to its left.
-fn swing(weave: &Weave, time: f64) -> [f64; 2] {
-    let period = 1.0 / weave.frequency;
-    let [left, right] = weave.dwell;
-    let u = time.rem_euclid(period + left + right);
-    // the time without dwells
-    let moved = if u < 0.25 * period {
-        u
-    } else if u < 0.25 * period + left {
-        0.25 * period
-    } else if u < 0.75 * period + left {
-        u - left
-    } else if u < 0.75 * period + left + right {
-        0.75 * period
-    } else {
-        u - left - right
-    };
-    let share = moved / period;
-    let side = (TAU * share).sin();
-    match weave.shape {
-        WeaveShape::Sine => [0.0, side],
-        WeaveShape::Circle => [(TAU * share).cos(), side],
-        WeaveShape::Triangle => [0.0, side.asin() / (0.25 * TAU)],
+impl<'a> Swing<'a> {
+    fn new(weave: &'a Weave, controller: &Controller) -> Self {
+        Swing {
+            weave,
+            tip: (controller.t1.value.0 * weave.frequency).min(0.5),
+        }
+    }
+
+    /// The share of the period that is swung through at a time after the beginning: dwells are taken out.
+    fn share(&self, time: f64) -> f64 {
+        let period = 1.0 / self.weave.frequency;
+        let [left, right] = self.weave.dwell;
+        let u = time.rem_euclid(period + left + right);
+        let moved = if u < 0.25 * period {
+            u
+        } else if u < 0.25 * period + left {
+            0.25 * period
+        } else if u < 0.75 * period + left {
+            u - left
+        } else if u < 0.75 * period + left + right {
+            0.75 * period
+        } else {
+            u - left - right
+        };
+        moved / period
+    }
+
+    /// Straight from side to side, the tips turned round evenly in `tip` of the period.
+    fn zigzag(share: f64, tip: f64) -> f64 {
+        let side = (TAU * share).sin();
+        let from_path = side.abs().asin() / TAU;
+        let slope = 4.0 / (1.0 - tip);
+        let to_tip = 0.25 - from_path;
+        let value = if to_tip < 0.5 * tip {
+            1.0 - slope * to_tip * to_tip / tip
+        } else {
+            slope * from_path
+        };
+        value.copysign(side)
+    }
+
+    /// Where the swing is at a time after its beginning, in amplitudes: along the travel, and to its left.
+    fn at(&self, time: f64) -> [f64; 2] {
+        let share = self.share(time);
+        match self.weave.shape {
+            WeaveShape::Sine => [0.0, (TAU * share).sin()],
+            WeaveShape::Triangle => [0.0, Self::zigzag(share, self.tip)],
+            WeaveShape::Circle => {
+                // it comes to rest where it dwells
+                let dwells = self.weave.dwell.iter().any(|d| *d > 0.0);
+                let turned = Self::zigzag(share, if dwells { self.tip } else { 0.0 });
+                let along = (FRAC_PI_2 * turned).cos();
+                [
+                    along.copysign((TAU * share).cos()),
+                    (FRAC_PI_2 * turned).sin(),
+                ]
+            }
+        }
     }
 }
 
@@ -54,110 +104,16 @@ pub fn reached(weave: &Weave, controller: &Controller) -> f64 {
     (left(controller.t1.value.0) * left(controller.t2.value.0)).abs()
 }
 
-/// Adds the swing to motion on its way to another sink.
-pub struct Weaving<'a> {
-    weaves: &'a [Weave],
-    /// The weave of each command, from 1; 0 for none.
-    of_command: &'a [u32],
-    sink: &'a mut dyn MotionSink,
-    woven: MotionBlock,
-    /// The sample before: where it was on the path, where it was woven to, and when.
-    before: Option<(DVec3, DVec3, f64)>,
-    travel: DVec3,
-    /// Which weave is on, and for how long, s.
-    on: Option<(u32, f64)>,
-    /// Fastest change of the swing, mm/s.
-    rate: f64,
-}
-
-impl<'a> Weaving<'a> {
-    /// Weaves by `weaves`, numbered from 1, while commands are executed for which `of_command` says one; pushes into `sink`.
-    pub fn new(weaves: &'a [Weave], of_command: &'a [u32], sink: &'a mut dyn MotionSink) -> Self {
-        Weaving {
-            weaves,
-            of_command,
-            sink,
-            woven: MotionBlock::default(),
-            before: None,
-            travel: DVec3::X,
-            on: None,
-            rate: 0.0,
-        }
-    }
-
-    fn weave(&self, number: u32) -> Option<&'a Weave> {
-        self.weaves.get((number as usize).checked_sub(1)?)
-    }
-
-    /// Where sample `i` of a block is woven to.
-    fn sample(&mut self, block: &MotionBlock, i: usize) -> DVec3 {
-        let to = block.position[i];
-        let time = block.time(i);
-        let Some((from, woven, then)) = self.before else {
-            return to;
-        };
-        let dt = block.stretch(i, Some(then));
-        let moved = to - from;
-        let number = block
-            .command
-            .get(i)
-            .and_then(|c| self.of_command.get(*c as usize));
-        let number = number.copied().filter(|n| self.weave(*n).is_some());
-        // the swing stands still while the tool does
-        let lasted = if moved.length() > 1e-9 { dt } else { 0.0 };
-        self.on = number.map(|n| match self.on {
-            Some((same, since)) if same == n => (n, since + lasted),
-            _ => (n, lasted),
-        });
-        self.travel = moved.try_normalize().unwrap_or(self.travel);
-        let axis = block.axis.get(i).copied().unwrap_or(DVec3::Z);
-        let left = axis.cross(self.travel).normalize_or_zero();
-        let weave = self.on.and_then(|(n, since)| Some((self.weave(n)?, since)));
-        let wanted = weave.map_or(DVec3::ZERO, |(weave, since)| {
-            self.rate = CATCH_UP * TAU * weave.frequency * weave.amplitude;
-            let [along, side] = swing(weave, since);
-            weave.amplitude * (along * self.travel + side * left)
-        });
-        let now = woven - from;
-        to + now + (wanted - now).clamp_length_max(self.rate * (time - then).max(0.0))
-    }
-}
-
-impl MotionSink for Weaving<'_> {
-    fn block(&mut self, block: &MotionBlock) {
-        let mut out = std::mem::take(&mut self.woven);
-        out.clone_from(block);
-        for (i, &path) in block.position.iter().enumerate() {
-            let to = self.sample(block, i);
-            let time = block.time(i);
-            if let (Some((_, from, then)), Some(speed)) = (self.before, out.speed.get_mut(i))
-                && to != path
-                && time > then
-            {
-                *speed = from.distance(to) / (time - then);
-            }
-            out.position[i] = to;
-            self.before = Some((path, to, time));
-        }
-        self.sink.block(&out);
-        self.woven = out;
-    }
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
-    use meltpath_toolpath::Times;
 
-    #[derive(Default)]
-    struct Kept(MotionBlock);
-
-    impl MotionSink for Kept {
-        fn block(&mut self, block: &MotionBlock) {
-            assert_eq!(block.sanity_check(), Ok(()));
-            self.0.position.extend(&block.position);
-            self.0.wire.extend(&block.wire);
-            self.0.speed.extend(&block.speed);
+    pub(super) fn sine() -> Weave {
+        Weave {
+            shape: WeaveShape::Sine,
+            frequency: 2.0,
+            amplitude: 3.0,
+            dwell: [0.0; 2],
         }
     }
 
@@ -171,7 +127,11 @@ mod tests {
                 dwell: [0.1, 0.2],
                 ..sine()
             };
-            let side = |time: f64| swing(&weave, time)[1];
+            let swing = Swing {
+                weave: &weave,
+                tip: 0.0,
+            };
+            let side = |time: f64| swing.at(time)[1];
             assert!((side(0.15) - 1.0).abs() < 1e-9 && (side(0.21) - 1.0).abs() < 1e-9);
             assert!((side(0.5) + 1.0).abs() < 1e-9 && (side(0.66) + 1.0).abs() < 1e-9);
             assert!(side(0.35).abs() < 1e-9);
@@ -188,99 +148,37 @@ mod tests {
         }
     }
 
-    /// 60 mm along x at 6 mm/s, woven from 1 s to 9 s, in blocks of 1000 samples.
-    fn woven(weave: Weave) -> Vec<DVec3> {
-        let mut kept = Kept::default();
-        let mut weaving = Weaving::new(std::slice::from_ref(&weave), &[0, 1, 0], &mut kept);
-        let at = |k: usize| DVec3::X * 0.012 * k as f64;
-        for from in (0..5000).step_by(1000) {
-            let samples = from..from + 1000;
-            weaving.block(&MotionBlock {
-                times: Times::Uniform {
-                    t0: from as f64 * 0.002,
-                    dt: 0.002,
-                },
-                position: samples.clone().map(at).collect(),
-                speed: vec![6.0; 1000],
-                wire: vec![0.2; 1000],
-                command: samples
-                    .map(|k| u32::from(k >= 500) + u32::from(k >= 4500))
-                    .collect(),
-                ..MotionBlock::default()
-            });
-        }
-        assert!((kept.0.wire.iter().sum::<f64>() - 1000.0).abs() < 1e-9);
-        kept.0.position
-    }
-
-    fn sine() -> Weave {
-        Weave {
-            shape: WeaveShape::Sine,
-            frequency: 2.0,
-            amplitude: 3.0,
-            dwell: [0.0; 2],
-        }
-    }
-
-    /// How often the tool crosses its path upwards.
-    fn crossings(path: &[DVec3]) -> usize {
-        path.windows(2)
-            .filter(|w| w[0].y < 0.0 && w[1].y >= 0.0)
-            .count()
-    }
-
+    /// Tips turn round evenly within their share of the period, and the flanks are straight.
     #[test]
-    fn the_tool_swings_about_its_path() {
-        for shape in [WeaveShape::Sine, WeaveShape::Triangle] {
-            let path = woven(Weave { shape, ..sine() });
-            // x is that of the path, before and after it is woven the whole place is
-            for (k, p) in path.iter().enumerate() {
-                assert!((p.x - 0.012 * k as f64).abs() < 1e-9);
-                assert!((500..4800).contains(&k) || p.y.abs() < 1e-9, "{k}: {p}");
+    fn tips_of_a_zigzag_turn_round_in_their_time() {
+        for (frequency, tip) in [(2.0, 0.264), (1.0, 0.132), (6.0, 0.5)] {
+            let weave = Weave {
+                shape: WeaveShape::Triangle,
+                frequency,
+                ..sine()
+            };
+            let swing = Swing::new(&weave, &crate::controller::tests::arcmate());
+            assert!((swing.tip - tip).abs() < 1e-12);
+            let side = |share: f64| swing.at(share / frequency)[1];
+            let second = |share: f64| {
+                let step = 1e-4;
+                (side(share + step) - 2.0 * side(share) + side(share - step)) / (step * step)
+            };
+            let turning = 8.0 / (tip * (1.0 - tip));
+            for from_tip in [0.0, 0.2, 0.4, 0.49] {
+                for (at, sign) in [(0.25, -1.0), (0.75, 1.0)] {
+                    let found = second(at + from_tip * tip);
+                    assert!(
+                        (found - sign * turning).abs() < 1e-4 * turning,
+                        "{found} {turning}"
+                    );
+                }
             }
-            let (low, high) = path
-                .iter()
-                .fold((0.0_f64, 0.0_f64), |(l, h), p| (l.min(p.y), h.max(p.y)));
-            assert!(
-                (low + 3.0).abs() < 0.05 && (high - 3.0).abs() < 0.05,
-                "{low} {high}"
-            );
-            // 8 s at 2 Hz; the first swing begins on the path
-            assert!(
-                (15..=16).contains(&crossings(&path)),
-                "{}",
-                crossings(&path)
-            );
-            let first = path.iter().find(|p| p.y != 0.0).unwrap();
-            assert!(first.y > 0.0);
+            if tip < 0.5 {
+                assert!(second(0.25 - 0.51 * tip).abs() < 1e-4 && second(0.02).abs() < 1e-4);
+            }
+            assert!((side(0.25) - 1.0).abs() < 1e-12 && (side(0.75) + 1.0).abs() < 1e-12);
         }
-        // a sine is nowhere cut
-        let path = woven(sine());
-        for k in 0..4000 {
-            let y = 3.0 * (TAU * 2.0 * 0.002 * (k + 1) as f64).sin();
-            assert!((path[500 + k].y - y).abs() < 1e-6, "{k}");
-        }
-    }
-
-    #[test]
-    fn dwells_hold_the_sides() {
-        let path = woven(Weave {
-            dwell: [0.3, 0.1],
-            ..sine()
-        });
-        let held =
-            |side: f64| path.iter().filter(|p| (p.y - side).abs() < 1e-9).count() as f64 * 0.002;
-        // 8 s of periods of 0.9 s
-        assert!(
-            (held(3.0) / (8.0 / 0.9 * 0.3) - 1.0).abs() < 0.15,
-            "{}",
-            held(3.0)
-        );
-        assert!(
-            (held(-3.0) / (8.0 / 0.9 * 0.1) - 1.0).abs() < 0.15,
-            "{}",
-            held(-3.0)
-        );
     }
 
     #[test]
@@ -303,17 +201,5 @@ mod tests {
         let wanted = sum(arcmate.t1.value.0) * sum(arcmate.t2.value.0);
         assert!((shares[2] - wanted).abs() < 1e-4, "{shares:?} {wanted}");
         assert!(shares[0] > 0.98 && shares[3] < 0.5);
-    }
-
-    #[test]
-    fn circles_go_round_the_path() {
-        let path = woven(Weave {
-            shape: WeaveShape::Circle,
-            ..sine()
-        });
-        for (k, p) in path.iter().enumerate().skip(1500).take(2900) {
-            let off = *p - DVec3::X * 0.012 * k as f64;
-            assert!((off.length() - 3.0).abs() < 0.05, "{k}: {off}");
-        }
     }
 }

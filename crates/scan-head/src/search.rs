@@ -51,7 +51,7 @@ pub struct Bounds {
     pub filter_factors: Vec<f64>,
     /// Contour error that counts as good, mm.
     pub contour_error: f64,
-    /// Least share of contour points within it.
+    /// Least share of the lit way along contours within it.
     pub contour_share: f64,
     /// Least fill rate, in the mode that `fill` of the problem judges first; NaN for two
     /// points less than that of the recipe to begin with.
@@ -84,7 +84,7 @@ pub struct Candidate {
     pub jump_factor: f64,
     /// Time of the whole job, s.
     pub duration: f64,
-    /// Share of contour points within the bound, on the small job.
+    /// Share of the lit way along contours within the bound, on the small job.
     pub contour_share: f64,
     /// 99th percentile of the contour error, mm, on the small job.
     pub contour_error: f64,
@@ -434,8 +434,13 @@ impl Search<'_> {
         let tuned = DelayTuning::new(&job, &hits, period, longest, radius).tune(shortest);
         recipe.delays = tuned.best.delays;
         let (errors, fill) = judge(&job, recipe.delays, &mut blocks, self.problem.fill);
-        candidate.contour_share = errors.contour.share_below(self.bounds.contour_error);
-        candidate.contour_error = errors.contour.quantile(0.99);
+        // as the judge counts them: a data sheet leaves out what makes the spot stray
+        let bound = self.bounds.contour_error;
+        candidate.contour_share = match head.head().left_out.flatten() {
+            Some(strays) => errors.contour_way.share_with_strays(bound, strays),
+            None => errors.contour_way.share_below(bound),
+        };
+        candidate.contour_error = errors.contour_way.quantile(0.99);
         candidate.fill_rate = fill;
         candidate.within = self.within(&candidate);
         candidate.recipe = recipe;

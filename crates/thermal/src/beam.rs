@@ -49,7 +49,7 @@ impl BeamPoint {
 #[derive(Debug, thiserror::Error)]
 pub enum BeamError {
     /// Time runs backwards or a value is not finite.
-    #[error("point {index} of the beam path ({time} s): {what}")]
+    #[error("point {} of the beam path ({time} s): {what}", index + 1)]
     Point {
         /// Which, from 0.
         index: usize,

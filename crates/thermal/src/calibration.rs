@@ -2,4 +2,5 @@
 
 pub mod comparison;
 pub mod coupon;
+mod course;
 pub mod fit;

@@ -20,6 +20,7 @@ mod matter;
 mod offsets;
 mod pace;
 mod set_pace;
+mod sharing;
 mod step;
 mod tile;
 mod tree;
@@ -42,7 +43,7 @@ pub use ground::{Cooled, Ground};
 pub use matter::{Frame, Matter};
 
 /// How `θ` may bend from cell to cell, as kelvins of the solid's conductivity at the solidus: a tile that bends more is divided,
-/// four that bend less than an eighth become one.
+/// four that bend less than a quarter of it become one (an eighth where metal that may melt grows hotter).
 pub const BEND: f64 = 300.0;
 /// Cells of a level go this many of their edges deep at least; below, those of the next coarser one lie. Ours: five to ten, and cells
 /// as deep as the ground, gave the same highest temperatures (docs/theory/heat.md).

@@ -281,11 +281,12 @@ impl<R: Real> Solver<R> {
         let bottom = self.beyond(self.faces.bottom);
         self.block.refresh(sides);
         self.conduct_out(dt, sides, bottom);
-        self.block.advance(dt, bottom);
-        self.lose(dt);
+        // before the losses, so that these see it: vapour that lags lets a small spot grow too hot
         for spot in spots {
             self.heat(spot, dt)?;
         }
+        self.block.advance(dt, bottom);
+        self.lose(dt);
         self.time += dt;
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use super::read::filled;
-use super::sourced::{NOTE, SOURCE, key};
+use super::sourced::{NOTE, PAGE, SOURCE, key, uncertainty};
 use super::{
     Bounds, Fallback, Json, Keys, Kind, Node, Place, Problem, Reader, Setting, Sourced, Table,
     Value,
@@ -68,19 +68,9 @@ impl<Q: Quantity + Value> Value for Ranged<Q> {
                 Q::KIND,
                 Fallback::None("with `uncertainty`: twice that above the value; else no range"),
             ),
-            key(
-                "uncertainty",
-                "One standard deviation, with its unit.",
-                Q::KIND,
-                Fallback::None("not known"),
-            ),
+            uncertainty(Q::KIND),
             SOURCE,
-            key(
-                "page",
-                "Page of the source.",
-                Kind::Text,
-                Fallback::None("not said"),
-            ),
+            PAGE,
             NOTE,
         ],
     });

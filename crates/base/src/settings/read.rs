@@ -97,8 +97,31 @@ impl Reader {
 
     /// A node of another type than wanted.
     pub fn unexpected(&mut self, node: &Node<'_>, place: &Place<'_>, wanted: &str) {
-        let found = node.get_ref().type_str();
-        let message = format!("{} is {wanted}, not of the type {found}", place.name);
+        let found = match node.get_ref() {
+            DeValue::String(_) => "a text",
+            DeValue::Integer(_) => "a whole number",
+            DeValue::Float(_) => "a number with a point",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "a list",
+            DeValue::Table(_) => "a table",
+        };
+        let message = format!("{} is {wanted}; what is written is {found}", place.name);
+        self.wrong(node, Problem::new(message));
+    }
+
+    /// A whole number, as it is `written`, that is none from zero to `most`.
+    pub(super) fn not_counted(
+        &mut self,
+        node: &Node<'_>,
+        place: &Place<'_>,
+        written: &str,
+        most: f64,
+    ) {
+        let message = format!(
+            "{} is {written}: it must be a whole number from zero to {most}",
+            place.name
+        );
         self.wrong(node, Problem::new(message));
     }
 

@@ -22,11 +22,26 @@ pub(super) const fn key(
     }
 }
 
+pub(super) const fn uncertainty(kind: Kind) -> Key {
+    key(
+        "uncertainty",
+        "One standard deviation, with its unit.",
+        kind,
+        Fallback::None("not known"),
+    )
+}
+
 pub(super) const SOURCE: Key = key(
     "source",
     "Who says so, or why it was chosen.",
     Kind::Text,
     Fallback::Required,
+);
+pub(super) const PAGE: Key = key(
+    "page",
+    "Page of the source.",
+    Kind::Text,
+    Fallback::None("not said"),
 );
 pub(super) const NOTE: Key = key(
     "note",
@@ -67,19 +82,9 @@ impl<Q: Quantity + Value> Value for Sourced<Q> {
         text: "A number with its unit, and where it comes from.",
         keys: &[
             key("value", "Number and unit.", Q::KIND, Fallback::Required),
-            key(
-                "uncertainty",
-                "One standard deviation, with its unit.",
-                Q::KIND,
-                Fallback::None("not known"),
-            ),
+            uncertainty(Q::KIND),
             SOURCE,
-            key(
-                "page",
-                "Page of the source.",
-                Kind::Text,
-                Fallback::None("not said"),
-            ),
+            PAGE,
             NOTE,
         ],
     });

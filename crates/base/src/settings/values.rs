@@ -101,7 +101,10 @@ macro_rules! counts {
                 let whole = node.get_ref().as_integer();
                 let count = whole.and_then(|n| $name::from_str_radix(n.as_str(), n.radix()).ok());
                 let Some(count) = count else {
-                    reader.unexpected(node, place, "a whole number from zero on");
+                    match whole {
+                        Some(n) => reader.not_counted(node, place, n.as_str(), $name::MAX as f64),
+                        None => reader.unexpected(node, place, "a whole number from zero on"),
+                    }
                     return None;
                 };
                 reader.within(count as f64, node, place, |n| n.to_string())?;

@@ -182,3 +182,17 @@ fn a_run_in_a_wire_of_ones_own_runs_again_from_its_folder() {
     assert_eq!(again, code);
     assert_eq!(first["verdict"]["checks"], second["verdict"]["checks"]);
 }
+
+/// A thickness that no beam explains: the checks of the fit are told as those of any verdict, each by its own outcome.
+#[test]
+fn a_fit_tells_its_verdict() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = "layers = 1\nspacing = \"100 µm\"\n[[wall]]\nmeasured = \"8 mm\"\nsigma = \"20 µm\"\ncurrent = \"3 mA\"\nvoltage = \"60 kV\"\nfocus = \"4 mA\"\nspeed = \"800 mm/s\"\n";
+    fs::write(dir.path().join("m.toml"), file).unwrap();
+    let output = meltpath(&["fit", "m.toml", "--out", "out"], dir.path());
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("fail  misses of measurements"), "{said}");
+    assert!(said.contains("verdict: fail"), "{said}");
+    assert!(!said.contains("cannot say: "), "{said}");
+}

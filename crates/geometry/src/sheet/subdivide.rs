@@ -6,7 +6,7 @@ use crate::Mesh;
 use crate::math::DVec3;
 
 /// Halves edges longer than `longest` mm until none is left; `None` where that takes more than `most` triangles.
-pub(super) fn subdivide(mesh: &mut Mesh, longest: f64, most: usize) -> Option<()> {
+pub fn subdivide(mesh: &mut Mesh, longest: f64, most: usize) -> Option<()> {
     // an edge halves each time: rounds end long before this with any finite lengths
     let area = mesh.area();
     if area / (longest * longest) > 4.0 * most as f64 {

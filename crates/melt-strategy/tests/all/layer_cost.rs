@@ -5,13 +5,13 @@
 #[allow(dead_code, reason = "the command has runs of its own")]
 mod command;
 
-use command::{cost_of, cube, titanium};
+use command::{FINE, cost_of, cube, titanium};
 use meltpath_thermal::material::CELSIUS;
 
 #[test]
 fn layers_of_a_centimetre_and_a_decimetre_of_path() {
     for side in [1.0, 3.2] {
-        cost_of(side, 1);
+        cost_of(side, FINE, 1);
     }
 }
 

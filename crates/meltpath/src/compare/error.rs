@@ -28,6 +28,15 @@ meltpath_base::passes_on! {
             /// What is missing.
             what: String,
         },
+        /// A run without charts, which would draw its path again.
+        #[error(
+            "{} has no charts to draw its path again with (charts.preview = \"none\"): compare its tables, such as {}, with another table, or run its job with charts",
+            .path.display(), .path.join(VOXELS_REFERENCE).display()
+        )]
+        NoCharts {
+            /// The folder.
+            path: PathBuf,
+        },
         /// A run without a judge, and no table.
         #[error(
             "{} has nothing to compare its charts with: no {VOXELS_REFERENCE}; run its job with [judge] solver = \"reference\", or give a table",

@@ -132,8 +132,12 @@ fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, CompareError>
         }
         charts.push(settings::File(name));
     }
-    if !folder.join("path.csv").is_file() || charts.is_empty() {
-        return Err(wrong("it has no path.csv or no charts".to_owned()));
+    if !folder.join("path.csv").is_file() {
+        return Err(wrong("it has no path.csv".to_owned()));
+    }
+    if charts.is_empty() {
+        let path = folder.to_path_buf();
+        return Err(CompareError::NoCharts { path });
     }
     let mut job = *job;
     let tables = &mut job.tables;

@@ -74,19 +74,6 @@ pub enum EbmError {
         /// Their powers, W.
         powers: [f64; 2],
     },
-    /// More voxels than fit.
-    #[error(
-        "the voxels reach over {:.0} x {:.0} mm and would need {gigabytes:.0} GB of memory, {most:.0} are the limit: is the path in mm? else a larger simulation.voxel, or a smaller section or region",
-        extent[0], extent[1]
-    )]
-    Large {
-        /// Extent, mm.
-        extent: [f64; 2],
-        /// Memory, GB.
-        gigabytes: f64,
-        /// The limit, GB.
-        most: f64,
-    },
     /// A body known to be good that does not melt.
     #[error(
         "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"

@@ -195,6 +195,9 @@ fn molten_area(highest: &Field, melting: f64) -> f64 {
     cells.count() as f64 * grid.edge[0] * grid.edge[1]
 }
 
+/// Centres of cells that lie just as far as the rim are not beyond it, wherever the part lies, mm.
+const ROUNDING: f64 = 1e-6;
+
 /// What melts outside the contour, beyond `rim` mm of it or nearer, in the judged part; `section` is the tally inside.
 pub(super) fn outside(
     highest: &Field,
@@ -216,7 +219,7 @@ pub(super) fn outside(
         let judged = part.is_none_or(|part| part.depth(point) > 0.0);
         if away > 0.0 && judged && highest.at(i, j, top) >= melting {
             farthest = farthest.max(away);
-            cells += usize::from(away > rim);
+            cells += usize::from(away > rim + ROUNDING);
         }
     }
     Outside {

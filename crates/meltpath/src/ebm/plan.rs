@@ -10,17 +10,21 @@ use std::sync::Arc;
 use meltpath_base::settings::{File, Problem, Setting};
 use meltpath_base::{Observer, Reporter, Warning};
 use meltpath_geometry::Region;
+use meltpath_geometry::math::DVec2;
 use meltpath_gun::Gun;
 use meltpath_melt_strategy::interrupted::Kept;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation::Memory;
 
+use super::cost::before_hatching::fits;
+use super::cost::lever::{Lever, Need, refused};
 use super::settings::{Good, PartFile, Settings, Subject, resolve};
 use crate::ebm::judge::ends::tell_of_window;
 use crate::ebm::plan::hatch::BeamHatch;
 use crate::ebm::plan::region::{Below, Contour};
 use crate::job::ebm::{ChartPreview, EbmJob};
 use crate::job::{Problems, Written};
+use crate::machine::Machine;
 use crate::stages::part;
 use crate::stages::section::{Sections, sections};
 
@@ -203,6 +207,7 @@ impl Drawing {
                 };
                 let contour = contour.clone().unwrap_or_else(hull);
                 check_inside(&path, file, &contour, job)?;
+                holds(&path, job)?;
                 Ok(Drawing {
                     paths: vec![path; *settings.job.ebm.layers as usize],
                     contour,
@@ -224,7 +229,7 @@ impl Drawing {
                     below: below.clone(),
                     part: None,
                 };
-                drawn.by(hatch, job, reporter)
+                drawn.by(hatch, settings, job, (reporter, observer))
             }
             Subject::Part { part, hatch } => {
                 let (drawn, found) = cut(part, settings, job, reporter, observer)?;
@@ -242,7 +247,7 @@ impl Drawing {
                     part: Some(drawn),
                     regions: &regions,
                 };
-                drawn.by(hatch, job, reporter)
+                drawn.by(hatch, settings, job, (reporter, observer))
             }
         }
     }
@@ -258,15 +263,26 @@ struct Hatched<'a> {
 }
 
 impl Hatched<'_> {
-    fn by(self, hatch: &BeamHatch, job: &EbmJob, reporter: &Reporter) -> Result<Drawing, Problem> {
+    fn by(
+        self,
+        hatch: &BeamHatch,
+        settings: &Settings,
+        job: &EbmJob,
+        told: (&Reporter, &dyn Observer),
+    ) -> Result<Drawing, Problem> {
+        let corners = self.regions.iter().flatten();
+        let corners = corners.flat_map(|region| region.outer.iter().copied());
+        let (low, high) = corners.fold(
+            (DVec2::INFINITY, DVec2::NEG_INFINITY),
+            |(low, high), corner| (low.min(corner), high.max(corner)),
+        );
+        let what = match self.part {
+            Some(_) => ("the section of the part", job.part.span.clone()),
+            None => ("region.contour", job.region.contour.span.clone()),
+        };
+        fits(settings, job, what, [low, high].map(|c| c.to_array()))?;
         let hatch = hatch.on(&self.below);
-        let paths = self
-            .regions
-            .iter()
-            .zip(1..)
-            .map(|(regions, number)| hatch.path(regions, number, reporter))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|e| job.hatch.problem(format!("[hatch]: {e}")))?;
+        let paths = self.paths(&hatch, job, told)?;
         Ok(Drawing {
             paths,
             contour: self.contour,
@@ -276,6 +292,41 @@ impl Hatched<'_> {
             part: self.part,
         })
     }
+
+    /// The path of each layer.
+    fn paths(
+        &self,
+        hatch: &BeamHatch,
+        job: &EbmJob,
+        (reporter, observer): (&Reporter, &dyn Observer),
+    ) -> Result<Vec<BeamPath>, Problem> {
+        observer.stage("hatch", self.regions.len() as u64);
+        let mut paths = Vec::new();
+        for (regions, number) in self.regions.iter().zip(1..) {
+            // what is cancelled is told by who asked for the plan
+            observer
+                .check()
+                .map_err(|cancelled| Problem::new(cancelled.to_string()))?;
+            let path = hatch.path(regions, number, reporter);
+            paths.push(path.map_err(|e| e.in_hatch(job))?);
+            if let [first] = &*paths {
+                holds(first, job)?;
+            }
+            observer.advance(1);
+        }
+        Ok(paths)
+    }
+}
+
+/// Refuses more layers than memory has room for, each with a path like this one.
+fn holds(path: &BeamPath, job: &EbmJob) -> Result<(), Problem> {
+    let layers = f64::from(*job.ebm.layers);
+    let points = path.points().len() as f64;
+    let bytes = layers * points * size_of::<BeamPoint>() as f64;
+    let few = "fewer layers: a few show whether the last one is as hot as the one before";
+    let lever = Lever::of(&job.ebm.layers, layers, few);
+    let need = Need::Memory([bytes, Machine::here().bytes]);
+    refused("the paths of all layers", need, [lever]).map_or(Ok(()), Err)
 }
 
 /// The sections of a part.
@@ -409,9 +460,12 @@ fn window(settings: &Settings, job: &EbmJob, reporter: &Reporter) -> Result<Wind
         }
         (Good::Body { size, width }, Some(hatch)) => {
             let region = Contour::rectangle(*size).region();
-            let path = hatch.of_lines().path(&[region], 1, &Reporter::new());
             let body = &job.window.body;
-            let path = path.map_err(|e| body.problem(format!("window.body: {e}")))?;
+            let half = size.map(|edge| 0.5 * edge);
+            let corners = [half.map(|edge| -edge), half];
+            fits(settings, job, ("window.body", body.span.clone()), corners)?;
+            let path = hatch.of_lines().path(&[region], 1, &Reporter::new());
+            let path = path.map_err(|e| e.told("window.body", body))?;
             (path, *width)
         }
         (Good::Body { .. }, None) => {
@@ -442,10 +496,7 @@ fn others(
         let path = hatch
             .with(*strategy)
             .path(std::slice::from_ref(region), 1, &Reporter::new())
-            .map_err(|e| {
-                let message = format!("optimise.strategies: {e}");
-                table.strategies.problem(message)
-            })?;
+            .map_err(|e| e.told("optimise.strategies", &table.strategies))?;
         others.push((strategy.word().to_owned(), path));
     }
     Ok(others)

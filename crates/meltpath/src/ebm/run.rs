@@ -15,6 +15,7 @@ use super::judge::verdict;
 use super::plan::{Plan, planned};
 use super::simulate::simulate;
 use crate::job::{EbmJob, JobError, Written};
+use crate::machine::Machine;
 use crate::outcome::{self, Examined, RunFolder};
 use crate::views;
 
@@ -28,11 +29,19 @@ fn plan_of(
     observer: &dyn Observer,
 ) -> Result<Plan, EbmError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
-    planned(job, folder, observer).map_err(|e| match observer.check() {
+    let reporter = Reporter::new();
+    let possible = |plan: Plan| {
+        cost::refused::check(&plan, Machine::here(), &reporter)?;
+        Ok(plan)
+    };
+    let plan = planned(job, folder, observer).and_then(possible);
+    let mut plan = plan.map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
-        Err(cancelled) => cancelled.into(),
+        Err(cancelled) => EbmError::from(cancelled),
         Ok(()) => JobError::in_file(job_file, text, e).into(),
-    })
+    })?;
+    plan.warnings.extend(reporter.warnings());
+    Ok(plan)
 }
 
 /// Runs a job.

@@ -10,7 +10,7 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
 use super::correct::rounds::{Corrected, corrected};
-use super::cost::{Cost, extent};
+use super::cost::{drawing, extent};
 use super::error::EbmError;
 use super::gun::drawn::{self as at_gun, AtGun};
 use super::judge::{self, Judged, JudgedPath, Previewed};
@@ -228,7 +228,7 @@ fn previewed(
 ) -> Result<(Preview, Option<Found>), EbmError> {
     let settings = &plan.settings;
     let paths = plan.drawn();
-    let cost = Cost::of(plan)?;
+    let cost = drawing(plan);
     observer.stage(&cost.words(), 0);
     let charts = charts_of(settings, &paths, reporter, observer)?;
     let classes = classes(plan, &charts, observer)?;

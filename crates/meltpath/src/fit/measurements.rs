@@ -7,9 +7,22 @@ use meltpath_base::{Current, Length, Ratio, Speed, Voltage, table};
 use meltpath_gun::Gun;
 use meltpath_gun::focus::{FocusCalibration, stuck_grains};
 use meltpath_thermal::calibration::coupon::{BeamSetting, Coupon};
+use meltpath_thermal::charts::ChartSettings;
 
+use crate::ebm::cost::charts::{ChartCost, cost};
+use crate::ebm::cost::lever::{self, Need, refused};
 use crate::ebm::gun::focus;
 use crate::job::{JobError, Problems, text_of};
+use crate::machine::Machine;
+
+/// Charts of one beam that a fit computes: where it begins, twelve places about that and twelve more where it ends farther away, a step of
+/// each of four rounds, and four places for a prediction.
+const DRAWN: f64 = 33.0;
+/// Bytes of a plane of the voxels of a body, two millimetres wide.
+const VOXELS: f64 = 54.0 * 50.0 * 50.0;
+
+/// Efficiencies and widths that can be.
+pub(super) const BOUNDS: [[f64; 2]; 2] = [[0.3, 1.0], [0.4, 2.0]];
 
 table! {
     /// Measured bodies, and the beams that they were built with.
@@ -20,8 +33,8 @@ table! {
         focus: String => default("a1-beraud-2016", "the machine of Béraud 2016");
         /// Thickness of a layer.
         layer: Length where positive => default("0.05 mm", "step of the table in Béraud 2016");
-        /// Layers drawn of each body, 1 to 100; what lies beyond is taken as the nearer of the two.
-        layers: u32 => default(5, "enough to see the size");
+        /// Layers drawn of each body.
+        layers: u32 where within(1.0, 100.0) => default(5, "enough to see the size");
         /// Spacing of the charts.
         spacing: Length where positive => default("0.025 mm", "converged within 2 °C of mean error");
         /// What is believed of the beam before.
@@ -39,13 +52,13 @@ table! {
     /// What is believed of the beam before.
     pub struct PriorTable {
         /// Share of the beam's power that becomes heat.
-        efficiency: Ratio where positive => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
+        efficiency: Ratio where within(0.3, 1.0) => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
         /// Its standard uncertainty.
-        efficiency_sigma: Ratio where positive => default("10 %", "a guess");
+        efficiency_sigma: Ratio where up_to(1.0) => default("10 %", "a guess");
         /// Diameter of the spot as a share of the calibrated one.
-        width: Ratio where positive => default("100 %", "the calibration");
+        width: Ratio where within(0.4, 2.0) => default("100 %", "the calibration");
         /// Its standard uncertainty.
-        width_sigma: Ratio where positive => default("15 %", "a guess");
+        width_sigma: Ratio where up_to(2.0) => default("15 %", "a guess");
     }
 
     /// A strut, drawn as circles.
@@ -262,6 +275,27 @@ pub fn read(path: &Path) -> Result<Measurements, JobError> {
         .map_err(|problems| JobError::in_file(path, &text, problems))
 }
 
+/// Why no machine could draw the bodies, by the setting that asks for most.
+fn impossible(file: &MeasurementsFile, all: &[Measurement]) -> Option<Problem> {
+    let beams = all.iter().flat_map(|m| m.coupon.beams());
+    let charts = beams.map(|beam| ChartSettings {
+        cell: file.spacing.0,
+        layer: file.layer.0,
+        ..ChartSettings::for_beam(beam.power, file.prior.width.0 * beam.spot)
+    });
+    let costs: Vec<ChartCost> = charts.map(|c| cost(&c, 1.0)).collect();
+    let bytes = costs.iter().map(|c| c.bytes).fold(0.0, f64::max);
+    let seconds = DRAWN * costs.iter().map(|c| c.seconds).sum::<f64>();
+    let planes = ChartSettings::for_beam(1.0, 1.0).reach / file.layer.0;
+    let voxels = VOXELS * planes;
+    let spacing = || [lever::spacing(&file.spacing)];
+    let layer = || [lever::layer(&file.layer, 0.05 / file.layer.0)];
+    let memory = |bytes| Need::Memory([bytes, Machine::here().bytes]);
+    refused("computing charts", memory(bytes), spacing())
+        .or_else(|| refused("computing charts", Need::Time(seconds), spacing()))
+        .or_else(|| refused("drawing a body", memory(voxels), layer()))
+}
+
 /// The measurements of a file that lies in `folder`.
 fn resolve(file: &MeasurementsFile, folder: &Path) -> Result<Measurements, Problems> {
     let (calibration, calibrated) =
@@ -280,6 +314,9 @@ fn resolve(file: &MeasurementsFile, folder: &Path) -> Result<Measurements, Probl
             Err(problem) => problems.push(problem),
         }
     }
+    if problems.is_empty() {
+        problems.extend(impossible(file, &all));
+    }
     if !problems.is_empty() {
         return Err(problems.into());
     }
@@ -288,7 +325,7 @@ fn resolve(file: &MeasurementsFile, folder: &Path) -> Result<Measurements, Probl
         material: file.material.value.clone(),
         calibrated,
         layer: file.layer.0,
-        layers: file.layers.clamp(1, 100),
+        layers: *file.layers,
         spacing: file.spacing.0,
         efficiency: [prior.efficiency.0, prior.efficiency_sigma.0],
         width: [prior.width.0, prior.width_sigma.0],
@@ -333,5 +370,18 @@ mod tests {
             "{both}"
         );
         assert!(told(&wall.replace("sigma = \"20 µm\"", "sigma = \"0 µm\"")).contains("sigma"));
+        let sound = wall.replace("200 µm", "500 µm");
+        for (slip, said) in [
+            (
+                "spacing = \"1 nm\"\n",
+                "spacing is 0.000001 mm: computing charts would take",
+            ),
+            ("layer = \"0.001 nm\"\n", "layer is"),
+            ("layers = 500\n", "layers"),
+            ("[prior]\nefficiency = \"150 %\"\n", "prior.efficiency"),
+        ] {
+            let told = told(&format!("{slip}{sound}"));
+            assert!(told.contains(said), "{told}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The job of an electron-beam simulation: a beam path over powder, and the temperatures wanted.
 
 mod check;
+mod rings;
 
 use meltpath_base::settings::{File, Many};
 use meltpath_base::{
@@ -19,6 +20,9 @@ pub type Point = Many<Length, 2, 3>;
 
 /// Fastest beam that any gun draws, mm/s: 100 km/s.
 const FASTEST: f64 = 1e8;
+
+/// Widest beam that melts, mm.
+const WIDEST: f64 = 10.0;
 
 /// Longest dwell, s.
 const DAY: f64 = 86_400.0;
@@ -87,7 +91,7 @@ table! {
         /// Temperature of the bed when the beam comes to a layer: what preheating leaves.
         preheat: Temperature => computed("the material's start temperature");
         /// Beam diameter whatever the focus, in place of a calibration.
-        diameter: Length where positive => none("that of the focus calibration");
+        diameter: Length where up_to(WIDEST) => none("that of the focus calibration");
         /// Share of the beam power that becomes heat.
         efficiency: Ratio where up_to(1.0) => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
         /// How deep the beam enters.
@@ -283,11 +287,11 @@ table! {
     /// Limits of the verdict.
     pub struct ChecksTable {
         /// Least share of the section in the window.
-        in_window: Ratio where not_negative => default("50 %", "half of the metal");
+        in_window: Ratio where within(0.0, 1.0) => default("50 %", "half of the metal");
         /// Greatest share of the section that stays powder.
-        unmelted: Ratio where not_negative => default("1 %", "powder left inside is a hole");
+        unmelted: Ratio where within(0.0, 1.0) => default("1 %", "powder left inside is a hole");
         /// Greatest share of the section over metal that does not melt down to the layer below.
-        unfused: Ratio where not_negative => default("1 %", "a layer that does not melt into the one below is a crack");
+        unfused: Ratio where within(0.0, 1.0) => default("1 %", "a layer that does not melt into the one below is a crack");
         /// How far beyond the contour metal may melt and not be counted.
         rim: Length where not_negative => default("0.1 mm", "a few grains: what sticks to faces anyway");
         /// Greatest area molten beyond that rim, as a share of the section's.

@@ -114,12 +114,12 @@ table! {
     pub struct ChecksTable {
         /// Contour error that counts as good.
         contour_error: Length where positive => default("0.03 mm", "the accepted deviation of parts");
-        /// Least share of contour points within it.
-        contour_share: Ratio where not_negative => default("95 %", "a usual limit");
+        /// Least share of the lit way along contours within it.
+        contour_share: Ratio where within(0.0, 1.0) => default("95 %", "a usual limit");
         /// Least fill rate (centres of cells under the swept spot).
-        fill_rate: Ratio where not_negative => none("told, not judged");
+        fill_rate: Ratio where within(0.0, 1.0) => none("told, not judged");
         /// Least share of the surface that is melted through, with `[heat]`.
-        fusion: Ratio where not_negative => default("98 %", "a usual limit");
+        fusion: Ratio where within(0.0, 1.0) => default("98 %", "a usual limit");
     }
 
     /// What a recipe search may change, beginning with the first recipe; the bounds are those of `[checks]`.
@@ -135,7 +135,7 @@ table! {
         /// Factors on the first filter of the mirrors to try.
         filter_factors: Many<Ratio, 1> where positive => default(["100 %", "50 %"], "whole and half");
         /// Least fill rate.
-        fill_rate: Ratio where not_negative => none("that of `[checks]`, else two points below the first recipe's own");
+        fill_rate: Ratio where within(0.0, 1.0) => none("that of `[checks]`, else two points below the first recipe's own");
     }
 
     /// What the first square or layer of each recipe melts through, as commanded and as marked.

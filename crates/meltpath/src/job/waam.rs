@@ -122,7 +122,7 @@ table! {
         /// Layer height: one height, or a list of heights of which the last one repeats.
         height: Auto<LayerHeights> where up_to(100.0) => default("auto", "from the growth model");
         /// Build this many layers.
-        count: u32 => none("as many as the part needs");
+        count: u32 where within(1.0, 1e6) => none("as many as the part needs");
         /// Pause after each layer.
         pause: Time where within(0.0, DAY) => default("0 s", "no pause");
         /// When the next layer begins.
@@ -183,6 +183,9 @@ table! {
     pub struct OntoTable {
         /// The body as it is now, in the coordinates of the part file: STEP, STL or 3MF.
         body: File => required;
+        /// The top of what grows, where layers are to go from the body to it: so many everywhere, thicker where there is more between the
+        /// two, and laid the slower. Faces of a STEP part, by the numbers that `meltpath inspect` shows, or "auto".
+        top: Auto<Vec<u32>> => none("layers at one distance from the body, of which the last end where the part does");
         /// Where the torch points from.
         torch: TorchChoice => default("tangent", "across the layers, as beads were measured");
         /// Greatest lean of the torch against the vertical; beyond it the torch is turned back.
@@ -420,6 +423,12 @@ impl WaamJob {
                 self.onto
                     .problem("[surface] and [onto] stand together: a wall one bead thick along a surface, or layers on a body")
                     .help("take one of them out"),
+            ),
+            (
+                matches!(self.onto.as_ref().map(|t| &*t.top), Some(Some(Auto::Value(faces))) if faces.is_empty()),
+                self.onto
+                    .problem("onto.top names no face")
+                    .help("write top = \"auto\" for what of the part looks away from the body, or leave it out for layers at one distance from the body"),
             ),
             (
                 !self.machine.holders.is_empty() && !surface && !onto,

@@ -10,7 +10,8 @@ mod surface;
 
 use std::path::Path;
 
-use meltpath_base::settings::Problems;
+use meltpath_base::number::significant;
+use meltpath_base::settings::{Problem, Problems};
 use meltpath_base::{Length, Observer, Provenance, Ratio};
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
@@ -124,6 +125,7 @@ pub fn resolve(
         share,
         material,
     };
+    fits(table, &settings)?;
     provenance.model(
         "melt pools of the laser",
         "superposition of moving Gaussians on a half space with mean properties (Carslaw and Jaeger 1959; Eagar and Tsai 1983); \
@@ -131,6 +133,35 @@ pub fn resolve(
          their depth told by the scaling of Gan et al. 2021 where it was measured",
     );
     Ok(settings)
+}
+
+/// Refuses cells of which the margin alone would have more than any map.
+fn fits(table: &HeatTable, settings: &HeatSettings) -> Result<(), Problem> {
+    let across = 2.0 * settings.margin / settings.cell;
+    if across * across <= FusionMap::LARGEST {
+        return Ok(());
+    }
+    // whichever is farther from the spot's own size
+    let coarse = settings.margin / settings.spot > settings.spot / settings.cell;
+    let message = format!(
+        "a map with {} mm beyond the marks in cells of {} mm would have more than {:.0} million cells",
+        significant(settings.margin, 3),
+        significant(settings.cell, 3),
+        1e-6 * FusionMap::LARGEST
+    );
+    Err(if coarse {
+        let help = "is it in mm? a fraction of a millimetre holds what melts beyond the marks";
+        table
+            .margin
+            .problem(format!("heat.margin: {message}"))
+            .help(help)
+    } else {
+        let help = "a larger one; left out it is a quarter of the spot";
+        table
+            .cell
+            .problem(format!("heat.cell: {message}"))
+            .help(help)
+    })
 }
 
 /// What one drawing melted.

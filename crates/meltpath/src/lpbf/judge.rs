@@ -168,20 +168,23 @@ pub(super) fn checks(
 /// How near contours come.
 fn contours(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) -> Check {
     let id = format!("contour-{number}");
-    if errors.contour.total() == 0 {
+    if errors.contour_way.total() == 0 {
         let title = format!("{recipe}: contours");
         return Check::not_checked(&id, &title, "no contour was marked");
     }
     let limits = &settings.job.checks;
-    let share = |further: f64| errors.contour.share_below(limits.contour_error.0 + further);
-    let below = 100.0 * share(0.0);
+    let (way, bound) = (&errors.contour_way, limits.contour_error.0);
+    let below = 100.0 * way.share_below(bound);
     let left_out = settings.data.head.left_out;
     let found = match left_out.flatten() {
-        Some(s) => Measure::new(below, 50.0 * (share(s) - share(-s)), "%"),
+        Some(s) => {
+            let strays = 100.0 * way.share_with_strays(bound, s);
+            Measure::new(strays, 0.5 * (below - strays).abs(), "%")
+        }
         None => Measure::exact(below, "%"),
     };
     let title = format!(
-        "{recipe}: contour points within {:.0} µm",
+        "{recipe}: way along contours within {:.0} µm",
         1e3 * limits.contour_error.0
     );
     let limit = Limit::AtLeast(100.0 * limits.contour_share.0);

@@ -70,7 +70,7 @@ pub(crate) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>
     let Some(best) = &found.best else {
         let near = found.nearest();
         let reason = format!(
-            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its contour points and {:.1} % of its fill within them, the bounds are {:.1} and {:.1} %",
+            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its way along contours and {:.1} % of its fill within them, the bounds are {:.1} and {:.1} %",
             found.tried.len(),
             100.0 * near.contour_share,
             100.0 * near.fill_rate,

@@ -80,8 +80,13 @@ pub enum PartError {
     #[error("the surface of {} is closed, and a wall one bead thick stands on one of its sides: name the faces of a STEP file (surface.faces; `meltpath inspect` lists them), or export that side alone as a sheet", .0.display())]
     Closed(PathBuf),
     /// Faces of a file that has none.
-    #[error("{} holds triangles, and no faces with numbers: leave surface.faces out, or give the part as STEP", .0.display())]
-    NoFaces(PathBuf),
+    #[error("{} holds triangles, and no faces with numbers: {remedy}, or give the part as STEP", .path.display())]
+    NoFaces {
+        /// The file.
+        path: PathBuf,
+        /// What does without numbers.
+        remedy: &'static str,
+    },
     /// A face that is not there.
     #[error("the part {} has no face {number}: they run from 1 to {count}; `meltpath inspect` lists them", .path.display())]
     NoFace {

@@ -147,6 +147,7 @@ pub fn sections(
         .ceil()
         .clamp(1.0, of) as u32;
     let lowest = number.saturating_sub(cut.layers - 1).max(1);
+    tell_missing(cut, number, reporter);
     let middle = |n: u32| (f64::from(n) - 0.5) * cut.layer;
     let heights: Vec<f64> = (lowest.saturating_sub(1).max(1)..=number)
         .map(middle)
@@ -204,6 +205,20 @@ pub fn sections(
         of: of as u32,
         islands,
     })
+}
+
+/// Tells of layers that are asked for and would lie below the plate.
+fn tell_missing(cut: &Cut, number: u32, reporter: &Reporter) {
+    if cut.layers > number {
+        reporter.warn(
+            "layers-not-there",
+            format!(
+                "{} layers are asked for, and the section lies in layer {number} from the plate: only {number} are drawn",
+                cut.layers
+            ),
+            "a higher section.height, or fewer layers",
+        );
+    }
 }
 
 #[cfg(test)]
@@ -344,5 +359,20 @@ mod tests {
             ..cut(0.5, 1)
         };
         assert!(matches!(of(&bar, &thick), Err(SectionError::Flat { .. })));
+    }
+
+    /// Of five layers up to the second one from the plate two are there.
+    #[test]
+    fn layers_that_are_not_there_are_told() {
+        let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let mesh = extrude(&[block(square)], 1.0);
+        for (layers, told) in [(5, 1), (2, 0)] {
+            let reporter = Reporter::new();
+            let found = sections(&mesh, &cut(0.1, layers), &reporter, &Silent).unwrap();
+            assert_eq!((found.number, found.drawn.len()), (2, 2));
+            let all = reporter.warnings();
+            let missing = all.iter().filter(|w| w.code == "layers-not-there");
+            assert_eq!(missing.count(), told, "{all:?}");
+        }
     }
 }

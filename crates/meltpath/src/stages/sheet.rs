@@ -74,7 +74,10 @@ pub fn load(
         let mesh = part::meshed(&model, how.chord_error, path, reporter, observer)?;
         (mesh, single_face(&model))
     } else if how.faces.is_some() {
-        return Err(PartError::NoFaces(path.to_path_buf()));
+        return Err(PartError::NoFaces {
+            path: path.to_path_buf(),
+            remedy: "leave surface.faces out",
+        });
     } else {
         (
             part::read_triangles(path, how.unit, reporter, observer)?,
@@ -114,6 +117,28 @@ pub fn load(
         build_from_file,
         findings,
     })
+}
+
+/// The mesh of faces with these numbers, in the coordinates of the file.
+///
+/// # Errors
+/// [`PartError`] where the file has none such.
+pub(super) fn mesh_of(
+    path: &Path,
+    faces: &[u32],
+    chord_error: f64,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Mesh, PartError> {
+    if !part::is_step(path) {
+        return Err(PartError::NoFaces {
+            path: path.to_path_buf(),
+            remedy: "write onto.top = \"auto\"",
+        });
+    }
+    let model = part::step_model(path, reporter, observer)?;
+    let model = chosen(&model, faces, path)?;
+    part::meshed(&model, chord_error, path, reporter, observer)
 }
 
 /// The faces with these numbers alone.

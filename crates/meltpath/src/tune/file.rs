@@ -213,7 +213,15 @@ impl TuneFile {
             h.command.is_written(),
             h.disturbance.is_written(),
         ];
+        let axes = &self.axes;
+        let again = (1..axes.len()).find(|n| axes[..*n].contains(&axes[*n]));
+        let letter = again.map_or(' ', |n| axes[n].letter());
         broken([
+            (
+                again.is_some(),
+                axes.problem(format!("axes names {letter} twice"))
+                    .help("name each axis once"),
+            ),
             (
                 on_record && files.iter().any(|f| !f.is_written()),
                 refine

@@ -1,5 +1,6 @@
 //! What a fit looks like: parameters, measurements before and after, contours for the wanted diameter.
 
+use meltpath_base::number::{significant, with_uncertainty};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance};
 use meltpath_geometry::math::DVec2;
@@ -7,6 +8,7 @@ use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::Plot;
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::calibration::coupon::Coupon;
+use meltpath_thermal::calibration::fit::Fitted;
 
 use crate::fit::found::{Found, Prediction};
 
@@ -27,10 +29,10 @@ fn parameters(found: &Found) -> Table {
     for (n, (name, before)) in priors.into_iter().enumerate() {
         table.rows.push(vec![
             Cell::text(name),
-            Cell::Fixed(100.0 * before[0], 1),
-            Cell::Fixed(100.0 * before[1], 1),
-            Cell::Fixed(100.0 * found.fitted.values[n], 1),
-            Cell::Fixed(100.0 * found.fitted.sigmas[n], 1),
+            Cell::Number(100.0 * before[0]),
+            Cell::Number(100.0 * before[1]),
+            Cell::Number(100.0 * found.fitted.values[n]),
+            Cell::Number(100.0 * found.fitted.sigmas[n]),
         ]);
     }
     let covariance = &found.fitted.covariance;
@@ -45,12 +47,23 @@ fn parameters(found: &Found) -> Table {
     table
 }
 
-/// Every body by its name with the unit it is shown in: measured, its uncertainty, before and fitted.
-fn compared(found: &Found) -> impl Iterator<Item = (&str, &'static str, [f64; 4])> {
+/// Every body by its name with the unit it is shown in: measured, its uncertainty, the model's roughness, before and fitted.
+fn compared(found: &Found) -> impl Iterator<Item = (&str, &'static str, [f64; 5])> {
     let all = found.measurements.all.iter().enumerate();
     all.map(|(n, m)| {
         let (factor, unit) = shown(&m.coupon);
-        let values = [m.value, m.sigma, found.before[n], found.fitted.predicted[n]];
+        let Fitted {
+            roughness,
+            predicted,
+            ..
+        } = &found.fitted;
+        let values = [
+            m.value,
+            m.sigma,
+            roughness[n],
+            found.before[n],
+            predicted[n],
+        ];
         (m.name.as_str(), unit, values.map(|v| factor * v))
     })
 }
@@ -58,19 +71,20 @@ fn compared(found: &Found) -> impl Iterator<Item = (&str, &'static str, [f64; 4]
 fn bodies(found: &Found) -> Table {
     Table::of(
         "Measured and computed",
-        compared(found).map(|(name, unit, [value, sigma, before, fitted])| {
+        compared(found).map(|(name, unit, [value, sigma, rough, before, fitted])| {
             [
                 ("body", Cell::text(name)),
                 ("unit", Cell::text(unit)),
-                ("measured", Cell::Fixed(value, 1)),
-                ("±", Cell::Fixed(sigma, 1)),
-                ("before", Cell::Fixed(before, 1)),
-                ("fitted", Cell::Fixed(fitted, 1)),
-                ("miss (in ±)", Cell::Fixed((value - fitted) / sigma, 2)),
+                ("measured", Cell::Number(value)),
+                ("±", Cell::Number(sigma)),
+                ("± of the model", Cell::Number(rough)),
+                ("before", Cell::Number(before)),
+                ("fitted", Cell::Number(fitted)),
+                ("miss (in both ±)", Cell::Fixed((value - fitted) / sigma.hypot(rough), 2)),
             ]
         }),
     )
-    .noted("Walls without stuck grains.")
+    .noted("Walls without stuck grains. The model's own ±: its sizes go by steps, for they are drawn on voxels.")
 }
 
 const NAMES: [&str; 2] = ["uncalibrated", "calibrated"];
@@ -84,8 +98,8 @@ fn contours(p: &Prediction) -> Table {
         table.rows.push(vec![
             Cell::text(NAMES[n]),
             c.radius.map_or(Cell::text("none"), |r| Cell::Fixed(r, 3)),
-            Cell::Fixed(c.diameter[0], 3),
-            Cell::Fixed(c.diameter[1], 3),
+            Cell::Number(c.diameter[0]),
+            Cell::Number(c.diameter[1]),
             Cell::text(if p.build == Some(n) {
                 "build this one"
             } else {
@@ -161,16 +175,17 @@ pub fn lines(found: &Found) -> Vec<String> {
         .iter()
         .enumerate()
         .map(|(n, name)| {
-            format!(
-                "{name}: {:.1} ± {:.1} %",
-                100.0 * found.fitted.values[n],
-                100.0 * found.fitted.sigmas[n]
-            )
+            let [value, sigma] = [&found.fitted.values, &found.fitted.sigmas].map(|v| 100.0 * v[n]);
+            format!("{name}: {} %", with_uncertainty(value, sigma))
         })
         .collect();
-    lines.extend(compared(found).map(|(name, unit, [value, sigma, before, fitted])| {
-        format!("{name}: measured {value:.1} ± {sigma:.1} {unit}, before {before:.1}, fitted {fitted:.1}")
-    }));
+    lines.extend(
+        compared(found).map(|(name, unit, [value, sigma, _, before, fitted])| {
+            let [before, fitted] = [before, fitted].map(|size| significant(size, 4));
+            let measured = with_uncertainty(value, sigma);
+            format!("{name}: measured {measured} {unit}, before {before}, fitted {fitted}")
+        }),
+    );
     if let Some(p) = &found.prediction {
         for (n, c) in p.candidates.iter().enumerate() {
             let build = if p.build == Some(n) {
@@ -180,8 +195,10 @@ pub fn lines(found: &Found) -> Vec<String> {
             };
             lines.push(match c.radius {
                 Some(r) => format!(
-                    "{} contour for {:.3} mm: {r:.3} mm, expected {:.3} ± {:.3} mm{build}",
-                    NAMES[n], p.wanted, c.diameter[0], c.diameter[1]
+                    "{} contour for {:.3} mm: {r:.3} mm, expected {} mm{build}",
+                    NAMES[n],
+                    p.wanted,
+                    with_uncertainty(c.diameter[0], c.diameter[1])
                 ),
                 None => format!("{} contour for {:.3} mm: none found", NAMES[n], p.wanted),
             });
@@ -196,9 +213,9 @@ pub fn lines(found: &Found) -> Vec<String> {
 /// [`OutputError`].
 pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
     folder.write("fit.csv", |w| {
-        writeln!(w, "body,unit,measured,sigma,before,fitted")?;
-        for (name, unit, [value, sigma, before, fitted]) in compared(found) {
-            writeln!(w, "{name},{unit},{value},{sigma},{before},{fitted}")?;
+        writeln!(w, "body,unit,measured,sigma,model_sigma,before,fitted")?;
+        for (name, unit, [value, sigma, rough, before, fitted]) in compared(found) {
+            writeln!(w, "{name},{unit},{value},{sigma},{rough},{before},{fitted}")?;
         }
         Ok(())
     })

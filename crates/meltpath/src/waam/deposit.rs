@@ -2,5 +2,6 @@
 
 pub(crate) mod metal;
 pub mod simulate;
+pub mod stock;
 pub mod target;
 pub(crate) mod tube;

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
-use meltpath_geometry::math::DVec2;
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_programs::Program;
-use meltpath_robot::command::{Command, Source};
+use meltpath_robot::command::{Kind, Source};
 
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
@@ -107,7 +108,7 @@ pub fn simulate_program(
     let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
     observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
-    let mut facts = build_facts(&simulation, settings);
+    let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(own.iter().flat_map(|own| own.told.clone()));
     if job.is_none() {
@@ -253,23 +254,44 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         (!commands.weaves.is_empty()).then(doubt::of_weaves),
         settings.surface.is_some().then(of_surface),
         turning(commands),
+        doubt::of_torch(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
     ];
     all.into_iter().flatten().collect()
 }
 
-/// Corners round the places where metal is laid: the ends of the beads, as far as the torch swings about them, mm.
+/// Straight pieces that stand for an arc where its box is looked for: they miss a thousandth of its radius.
+const ARC_PIECES: u32 = 64;
+
+/// Corners round the places where metal is laid: the beads from their starts on, arcs with their bulge, as far as the torch swings
+/// about them, mm.
 fn laid(commands: &Commands) -> Vec<DVec2> {
     let swings = commands.weaves.iter().map(|w| w.amplitude);
     let swing = DVec2::splat(swings.fold(0.0, f64::max));
-    let arc = |c: &&Command| matches!(c.source, Source::On { .. });
-    let ends = commands
-        .commands
-        .iter()
-        .filter(arc)
-        .map(|c| c.target.truncate());
-    ends.flat_map(|p| [p - swing, p + swing]).collect()
+    let mut corners = Vec::new();
+    let mut from = commands.start.position;
+    for c in &commands.commands {
+        // waits have no target
+        if matches!(c.kind, Kind::Wait { .. }) {
+            continue;
+        }
+        if matches!(c.source, Source::On { .. }) {
+            let arc = match c.kind {
+                Kind::Arc { via } => Arc::through(from, via, c.target),
+                _ => None,
+            };
+            let along = (1..ARC_PIECES).map(|i| f64::from(i) / f64::from(ARC_PIECES));
+            let bulge = arc.iter().flat_map(|arc| along.clone().map(|t| arc.at(t)));
+            let all = [from, c.target].into_iter().chain(bulge);
+            corners.extend(all.map(DVec3::truncate));
+        }
+        from = c.target;
+    }
+    corners
+        .into_iter()
+        .flat_map(|p| [p - swing, p + swing])
+        .collect()
 }
 
 /// Nobody says where the plate lies, and the beads begin far from where a plate at 0 would be.
@@ -326,7 +348,8 @@ fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
         .commands
         .iter()
         .zip(&commands.layer_of_command)
-        .filter(|(_, l)| **l > 0);
+        // travels lead to other layers
+        .filter(|(c, l)| **l > 0 && matches!(c.source, Source::On { .. }));
     let mut bottoms = BTreeMap::<u32, f64>::new();
     for (c, layer) in on {
         let z = bottoms.entry(*layer).or_insert(c.target.z);
@@ -334,7 +357,7 @@ fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
     }
     let mut heights: Vec<f64> = bottoms.values().copied().collect();
     heights.sort_unstable_by(f64::total_cmp);
-    heights.dedup();
+    heights.dedup_by(|b, a| *b - *a <= SAME_HEIGHT);
     let step = match heights[..] {
         [.., a, b] => b - a,
         _ => settings.bead.height.value,

@@ -294,7 +294,7 @@ mod tests {
     use meltpath_base::Status;
 
     use super::*;
-    use crate::waam::deposit::target::SurfacePoint;
+    use crate::waam::deposit::stock::SurfacePoint;
 
     const REMEDIES: Remedies = Remedies {
         height: "height",

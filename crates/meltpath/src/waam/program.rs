@@ -47,6 +47,16 @@ pub enum ProgramStageError {
     /// The program cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// Programs of one of several dialects cannot be written.
+    #[error(
+        "the programs for {dialect} cannot be written: {source}; or leave \"{dialect}\" out of output.programs"
+    )]
+    Dialect {
+        /// The dialect, as jobs call it.
+        dialect: &'static str,
+        /// Why.
+        source: Box<ProgramStageError>,
+    },
     /// A program cannot be read.
     #[error("cannot read the program {}: {source}", .path.display())]
     Parse {
@@ -110,6 +120,21 @@ pub enum ProgramStageError {
         /// The first line that was not simulated.
         gap: Box<Gap>,
     },
+}
+
+impl ProgramStageError {
+    /// The same of programs of a dialect, which is named where a job asks for several.
+    pub(in crate::waam) fn of(self, dialect: Dialect, asked: &[Dialect]) -> Self {
+        match self {
+            why if asked.len() > 1 && !matches!(why, ProgramStageError::Cancelled(_)) => {
+                ProgramStageError::Dialect {
+                    dialect: dialect.word(),
+                    source: Box::new(why),
+                }
+            }
+            why => why,
+        }
+    }
 }
 
 /// The programs of a plan.

@@ -15,7 +15,7 @@ use super::error::WaamError;
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
 use super::plan;
-use super::program::Commands;
+use super::program::{Commands, ProgramStageError};
 use super::settings::{Settings, laws_tried};
 use super::surface;
 use crate::job::JobError;
@@ -90,7 +90,10 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
     let words = loaded.settings.check_words();
-    words.map_err(|e| WaamError::Program(e.into()))?;
+    words.map_err(|(dialect, why)| {
+        let why = ProgramStageError::from(why);
+        WaamError::Program(why.of(dialect, &loaded.settings.programs))
+    })?;
     let folder = home.create()?;
     warn_of_plate(&loaded.settings, &reporter);
     if let Some(asked) = &loaded.settings.surface {
@@ -133,7 +136,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     checks.push(check);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(fixed_torch_check(settings));
-    let mut facts = build_facts(&simulation, settings);
+    let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(turned.map(|t| t.fact()));
     facts.extend(plan_facts(&plan, settings));

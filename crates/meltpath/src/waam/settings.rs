@@ -524,10 +524,12 @@ impl Settings {
     /// Whether the cell has the words for every program that the job asks for: known before anything is planned.
     ///
     /// # Errors
-    /// [`BuildError`] with the key that is missing.
-    pub fn check_words(&self) -> Result<(), BuildError> {
-        let mut programs = self.programs.iter();
-        programs.try_for_each(|&dialect| check_cell(&self.cell.program, dialect))
+    /// The dialect, and [`BuildError`] with the key that is missing.
+    pub fn check_words(&self) -> Result<(), (Dialect, BuildError)> {
+        let check = |&dialect: &Dialect| {
+            check_cell(&self.cell.program, dialect).map_err(|why| (dialect, why))
+        };
+        self.programs.iter().try_for_each(check)
     }
 
     /// Standard uncertainty of growth, where the share `single` of the bead length stands alone.

@@ -11,6 +11,7 @@ pub(crate) mod onto;
 pub mod plan;
 mod pores;
 pub(super) mod run;
+pub(crate) mod thickness;
 pub(crate) mod wall;
 
 use std::path::{Path, PathBuf};
@@ -69,6 +70,27 @@ pub struct WallAsked {
 pub struct OntoAsked {
     /// The file of the body.
     pub body: PathBuf,
+    /// Whether layers go to the top of the part, and what that is.
+    pub top: Option<TopAsked>,
+}
+
+/// The top of a part that layers go to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TopAsked {
+    /// What looks away from the body.
+    Found,
+    /// Numbers of faces, from 1.
+    Faces(Vec<u32>),
+}
+
+impl OntoAsked {
+    /// The faces that are named as the top.
+    pub(super) fn faces(&self) -> Option<&[u32]> {
+        match &self.top {
+            Some(TopAsked::Faces(faces)) => Some(faces),
+            Some(TopAsked::Found) | None => None,
+        }
+    }
 }
 
 /// What a wall stands on, as far as a job says it.
@@ -96,7 +118,11 @@ pub(super) fn asked(
         }
         (None, Some(table)) => {
             let body = folder.join(&**table.body);
-            let shape = Shape::Onto(OntoAsked { body });
+            let top = table.top.value.as_ref().map(|top| match top {
+                Auto::Auto => TopAsked::Found,
+                Auto::Value(faces) => TopAsked::Faces(faces.clone()),
+            });
+            let shape = Shape::Onto(OntoAsked { body, top });
             (shape, *table.torch, *table.tilt, *table.lead)
         }
         (None, None) => return None,
@@ -110,12 +136,16 @@ pub(super) fn asked(
                 "Campocasso 2017, § III: planes, lines of a parameter, constant distance; fronts on faces and meshes of our own",
             ],
         ),
-        Shape::Onto(_) => (
+        Shape::Onto(ref onto) => (
             stepover,
             "filled layers: metal of a bead over the stepover",
             [
                 "layers on a body",
-                "ours: surfaces at one distance from the body (Campocasso 2017, § III.C), contours and zigzags on them",
+                if onto.top.is_some() {
+                    "ours: level sets of the share of the way from the body to the top, by the distances from both, contours and zigzags on them; travel speeds follow their thickness (S2 of Campocasso 2017, § III)"
+                } else {
+                    "ours: surfaces at one distance from the body (Campocasso 2017, § III.C), contours and zigzags on them"
+                },
             ],
         ),
     };

@@ -58,6 +58,60 @@ pub(crate) fn job_for(folder: &Path, dialect: &str, robot: &str) -> (PathBuf, Pa
     (home, job)
 }
 
+/// An arc that the cell's words let stand lays metal that no plan has: nothing of it is decided, and the times are told.
+#[test]
+fn a_plan_whose_arc_stands_is_in_doubt() {
+    for (dialect, robot, from, to) in [
+        (
+            "ur-script",
+            "universal-ur10e",
+            "\"set_digital_out(0, True)\"]",
+            "\"set_digital_out(0, True)\", \"sleep(0.5)\"]",
+        ),
+        (
+            "staubli-val3",
+            "staubli-rx60bl",
+            "\"doArc=true\"]",
+            "\"doArc=true\", \"delay(0.5)\"]",
+        ),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let (home, job) = job_for(dir.path(), dialect, robot);
+        let lack = || {
+            let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
+            check(&outcome.verdict, "lack").clone()
+        };
+        let plain = lack();
+        assert!(!plain.reason.contains("stands"), "{plain:?}");
+        let stands = cell(dialect).replace(from, to);
+        assert_ne!(stands, cell(dialect));
+        std::fs::write(home.join("cell.toml"), stands).unwrap();
+        let found = lack();
+        assert_eq!(found.status, Status::CannotSay, "{found:?}");
+        let told = "stands 0.50 s where the arc starts and 0.00 s where it ends";
+        assert!(found.reason.contains(told), "{found:?}");
+    }
+}
+
+/// Of several dialects the one that cannot be written is named.
+#[test]
+fn the_dialect_that_cannot_be_written_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path();
+    // the values of the schedule say another wire feed: FANUC's words call it by its number alone
+    let cell = cell("fanuc-ls").replace("values = [4, 8]", "values = [4, 9]");
+    std::fs::write(home.join("cell.toml"), cell).unwrap();
+    let rest = "[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n";
+    let job = job(home, "cell = \"cell.toml\"", rest);
+    let error = run(&job, NextIn(&home.join("runs")), &Silent).unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("programs for kuka-krl cannot be written"),
+        "{error}"
+    );
+    assert!(error.contains("output.programs"), "{error}");
+}
+
 #[test]
 fn programs_of_other_controllers_run_and_are_read_back() {
     for (dialect, robot, files) in [
@@ -211,4 +265,22 @@ fn the_rest_of_a_plan_and_its_dry_run_are_written() {
         assert!(refused.to_string().contains("layers 1 to 2"), "{refused}");
         assert!(!home.join("none").exists());
     }
+}
+
+/// A project of a Stäubli in inches is refused: its points would be read 25.4 times too small.
+#[test]
+fn a_project_in_inches_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let (home, job) = job_for(dir.path(), "staubli-val3", "staubli-rx60bl");
+    let run = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
+    let program = run.folder.join("program");
+    let project = program.join("JOB.pjx");
+    let text = std::fs::read_to_string(&project).unwrap();
+    let text = text.replace("millimeterUnit=\"true\"", "millimeterUnit=\"false\"");
+    std::fs::write(&project, text).unwrap();
+    let runs = home.join("of-programs");
+    let refused = simulate_program(&program.join("JOB.pgx"), Some(&job), NextIn(&runs), &Silent);
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("in inches"), "{refused}");
+    assert!(refused.contains("millimetres"), "{refused}");
 }

@@ -2,6 +2,7 @@
 
 mod charts;
 mod corrected;
+mod costs;
 mod gun;
 mod judged;
 mod material;
@@ -345,7 +346,10 @@ fn a_part_without_beam_or_area_is_refused() {
             .to_string()
     };
     let away = refused("[[\"5 mm\", \"5 mm\"], [\"6 mm\", \"6 mm\"]]");
-    assert!(away.contains("never on in the part"), "{away}");
+    assert!(
+        away.contains("judge.part: the beam is never on there"),
+        "{away}"
+    );
     let flat = refused("[[\"1 mm\", \"0 mm\"], [\"1 mm\", \"1 mm\"]]");
     assert!(flat.contains("judge.part has no area"), "{flat}");
 }
@@ -478,4 +482,81 @@ fn lines_overrun_the_contour() {
         std::fs::write(&file, text.replace(from, to)).unwrap();
         says(&refusal(&file), &[what]);
     }
+}
+
+/// Contours that cross themselves or each other, and holes where nothing is, are refused with key, place and remedy; what only touches is not.
+#[test]
+fn regions_that_bound_no_area_are_refused() {
+    let square = [[0, 0], [3, 0], [3, 3], [0, 3]];
+    let ring = |corners: &[[i32; 2]]| {
+        let corners = corners
+            .iter()
+            .map(|[x, y]| format!("[\"{x} mm\", \"{y} mm\"]"));
+        format!("[{}]", corners.collect::<Vec<_>>().join(", "))
+    };
+    let told = |contour: &[[i32; 2]], holes: &[&[[i32; 2]]]| {
+        let dir = tempfile::tempdir().unwrap();
+        let holes: Vec<String> = holes.iter().map(|h| ring(h)).collect();
+        let region = format!(
+            "[region]\ncontour = {}\nholes = [{}]\n[hatch]\n",
+            ring(contour),
+            holes.join(", ")
+        );
+        let file = hatched(dir.path(), &region);
+        load(&file).err().map(|e| e.to_string())
+    };
+    for (contour, holes, words) in [
+        (
+            [[0, 0], [3, 3], [3, 0], [0, 3]],
+            vec![],
+            ["region.contour crosses itself", "x 1.500, y 1.500 mm"],
+        ),
+        (
+            [[0, 0], [1, 1], [2, 2], [3, 3]],
+            vec![],
+            ["region.contour holds no area", ""],
+        ),
+        (
+            square,
+            vec![[[2, 1], [4, 1], [4, 2], [2, 2]]],
+            ["hole 1 leaves the contour", "x 3.000, y 1.000 mm"],
+        ),
+        (
+            square,
+            vec![[[5, 1], [6, 1], [6, 2], [5, 2]]],
+            ["hole 1 leaves the contour", "x 5.000, y 1.000 mm"],
+        ),
+        (
+            square,
+            vec![[[3, 1], [4, 1], [4, 2], [3, 2]]],
+            ["hole 1 leaves the contour", "x 3.500, y 1.000 mm"],
+        ),
+        (
+            square,
+            vec![
+                [[0, 0], [2, 0], [2, 2], [0, 2]],
+                [[1, 1], [3, 1], [3, 3], [1, 3]],
+            ],
+            ["hole 2 overlaps hole 1", "x 2.000, y 1.000 mm"],
+        ),
+    ] {
+        let holes: Vec<&[[i32; 2]]> = holes.iter().map(|h| &h[..]).collect();
+        let told = told(&contour, &holes).unwrap_or_default();
+        says(&told, &words);
+    }
+    // a slit to an inner outline, and a hole on the contour
+    let slit = [
+        [0, 0],
+        [3, 0],
+        [3, 3],
+        [0, 3],
+        [0, 0],
+        [1, 1],
+        [1, 2],
+        [2, 2],
+        [2, 1],
+        [1, 1],
+    ];
+    assert_eq!(told(&slit, &[]), None);
+    assert_eq!(told(&square, &[&[[0, 1], [1, 1], [1, 2], [0, 2]]]), None);
 }

@@ -32,14 +32,23 @@ fn program(folder: &Path, lines: &[&str]) -> PathBuf {
 
 /// A program of `lines` between places (x and z, mm) in the plane y = 0.
 fn written(folder: &Path, lines: &[&str], places: &[[f64; 2]]) -> PathBuf {
+    let places: Vec<[f64; 6]> = places
+        .iter()
+        .map(|[x, z]| [*x, 0.0, *z, 180.0, 0.0, 0.0])
+        .collect();
+    posed(folder, lines, &places)
+}
+
+/// A program of `lines` between poses: X, Y, Z, mm, and W, P, R, degrees.
+fn posed(folder: &Path, lines: &[&str], places: &[[f64; 6]]) -> PathBuf {
     let mut text = "/PROG WALL\n/MN\n".to_owned();
     for (n, line) in lines.iter().enumerate() {
         writeln!(text, "{:4}:{line} ;", n + 1).unwrap();
     }
     text += "/POS\n";
-    for (n, [x, z]) in places.iter().enumerate() {
+    for (n, [x, y, z, w, p, r]) in places.iter().enumerate() {
         let n = n + 1;
-        writeln!(text, "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};").unwrap();
+        writeln!(text, "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = {y} mm, Z = {z} mm, W = {w} deg, P = {p} deg, R = {r} deg\n}};").unwrap();
     }
     text += "/END\n";
     write(folder, "wall.ls", text)
@@ -429,4 +438,87 @@ fn coordinated_beads_are_laid_in_the_frame_of_the_part() {
         lack.reason.contains("a positioner turns the part"),
         "{lack:?}"
     );
+}
+
+/// The plate holds beads from their starts on, and arcs with their bulge: no metal is lost where every bead goes the same way, or round.
+#[test]
+fn all_metal_of_beads_that_go_one_way_or_round_is_laid() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let down = |x: f64, y: f64, z: f64| [x, y, z, 180.0, 0.0, 0.0];
+    let straight = [
+        "J P[1] 20% FINE",
+        "L P[2] 20mm/sec FINE Arc Start[7]",
+        "L P[3] 12mm/sec FINE Arc End[7]",
+    ];
+    let places = [
+        down(0.0, 0.0, 60.0),
+        down(0.0, 0.0, 0.0),
+        down(100.0, 0.0, 0.0),
+    ];
+    let round = [
+        "J P[1] 20% FINE",
+        "L P[2] 20mm/sec FINE Arc Start[7]",
+        "C P[3]\n    :  P[4] 12mm/sec CNT50",
+        "C P[5]\n    :  P[2] 12mm/sec FINE Arc End[7]",
+    ];
+    let circle = [
+        down(50.0, 0.0, 60.0),
+        down(50.0, 0.0, 0.0),
+        down(0.0, 50.0, 0.0),
+        down(-50.0, 0.0, 0.0),
+        down(0.0, -50.0, 0.0),
+    ];
+    for (name, lines, places) in [
+        ("straight", &straight[..], &places[..]),
+        ("round", &round, &circle),
+    ] {
+        let program = posed(dir.path(), lines, places);
+        let runs = dir.path().join(name);
+        let outcome = simulate_program(&program, Some(&job), NextIn(&runs), &Silent).unwrap();
+        let lost = outcome.verdict.warnings.iter();
+        let lost: Vec<_> = lost.filter(|w| w.message.contains("fell beside")).collect();
+        assert!(lost.is_empty(), "{name}: {lost:?}");
+        let height = check(&outcome.verdict, "height").value.as_ref().unwrap();
+        assert!(height.value < 0.6, "{name}: {height:?}");
+        // the feed of the program's schedule, whatever the job's bead is
+        let mut facts = outcome.verdict.facts.iter();
+        let feed = facts.find(|f| f.id == "wire-feed").unwrap();
+        assert!(feed.reason.contains(", 8.00 programmed"), "{feed:?}");
+    }
+}
+
+/// Metal is laid as by an upright torch: one that leans farther than beads were tried at decides nothing, one that points up least of all.
+#[test]
+fn a_torch_that_leans_far_cannot_be_decided_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let lines = [
+        "J P[1] 20% FINE",
+        "L P[2] 20mm/sec FINE Arc Start[7]",
+        "L P[3] 12mm/sec FINE Arc End[7]",
+    ];
+    for (w, p, told) in [
+        (180.0, 0.0, None),
+        (180.0, 14.0, None),
+        (180.0, 20.0, Some("leans by 20.0 deg")),
+        (192.0, 0.0, Some("leans by 12.0 deg")),
+        (0.0, 0.0, Some("leans by 180.0 deg")),
+    ] {
+        let places = [[0.0, 60.0], [0.0, 0.0], [100.0, 0.0]];
+        let places = places.map(|[x, z]| [x, 0.0, z, w, p, 0.0]);
+        let program = posed(dir.path(), &lines, &places);
+        let runs = dir.path().join(format!("runs-{w}-{p}"));
+        let outcome = simulate_program(&program, Some(&job), NextIn(&runs), &Silent).unwrap();
+        for id in METAL {
+            let check = check(&outcome.verdict, id);
+            match told {
+                Some(told) => {
+                    assert_eq!(check.status, Status::CannotSay, "{w} {p} {id}");
+                    assert!(check.reason.contains(told), "{}", check.reason);
+                }
+                None => assert!(!check.reason.contains("leans"), "{}", check.reason),
+            }
+        }
+    }
 }

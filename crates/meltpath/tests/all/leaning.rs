@@ -56,3 +56,22 @@ fn a_tilt_is_judged_by_pools_that_were_seen() {
         says(&tilt.reason, &[words]);
     }
 }
+
+/// A torch that stands upright leans no farther than on the beads that were measured: it passes without a limit of anyone.
+#[test]
+fn an_upright_wall_needs_no_limit_of_its_lean() {
+    let dir = tempfile::tempdir().unwrap();
+    let wall = shapes::sheet(10, 20, |_, _| false, |i, k| DVec3::new(2.0 * k, 0.0, i));
+    let mut bytes = Vec::new();
+    write_stl(&wall, "sheet", &mut bytes).unwrap();
+    write(dir.path(), "sheet.stl", bytes);
+    let job = write(
+        dir.path(),
+        "job.toml",
+        JOB.replace("map = \"map.toml\"\n", ""),
+    );
+    let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let tilt = check(&outcome.verdict, "tilt");
+    assert_eq!(tilt.status, Status::Pass, "{tilt:?}");
+    says(&tilt.reason, &["as level as the beads that were measured"]);
+}

@@ -8,7 +8,7 @@ use meltpath::waam::run;
 use meltpath_base::{Fact, Silent, Status, Verdict};
 use meltpath_data::robots;
 use meltpath_geometry::Region;
-use meltpath_geometry::math::DVec2;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::shapes::{extrude, plate};
 
 /// The ARC Mate as if it had been measured, with a table behind it and lines more in `[joints]`; something behind its second axis keeps it
@@ -182,4 +182,29 @@ fn key_moments_are_drawn() {
         // something is drawn: one colour alone takes a few kilobytes
         assert!(bytes.len() > 20_000, "{file}: {}", bytes.len());
     }
+}
+
+/// A body of the part that hangs free over the plate, with heights between that have no section at all: planned, simulated and not decided about.
+#[test]
+fn a_body_that_hangs_free_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut mesh = extrude(&[plate(30.0, 20.0)], 6.0);
+    let above = extrude(&[plate(20.0, 20.0)], 4.0);
+    let first = mesh.vertices.len() as u32;
+    let lift = DVec3::new(60.0, 0.0, 16.0);
+    mesh.vertices
+        .extend(above.vertices.iter().map(|v| *v + lift));
+    let triangles = above.triangles.iter().map(|t| t.map(|i| i + first));
+    mesh.triangles.extend(triangles);
+    part(dir.path(), "bodies.stl", &mesh);
+    let text = "part = \"bodies.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+        [fill]\nstrategy = \"hybrid\"\n[simulation]\ncell = \"2 mm\"\n";
+    let job = write(dir.path(), "job.toml", text);
+    let verdict = run(&job, NextIn(&dir.path().join("runs")), &Silent)
+        .unwrap()
+        .verdict;
+    assert_eq!(check(&verdict, "overhang").status, Status::Fail);
+    let lack = check(&verdict, "lack");
+    assert_eq!(lack.status, Status::CannotSay, "{lack:?}");
+    assert!(lack.reason.contains("holds nothing that hangs"), "{lack:?}");
 }

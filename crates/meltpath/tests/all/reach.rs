@@ -2,11 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{check, thin_wall};
+use crate::support::{check, thin_wall, write};
+use meltpath::job::PartUnit;
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::robots;
+use meltpath_geometry::io::stl::write_stl;
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::shapes;
 
 /// The first layers of the thin wall, with lines under `[machine]`.
 fn job(folder: &Path, machine: &str) -> PathBuf {
@@ -155,7 +159,10 @@ fn a_program_with_a_wrong_configuration_is_told() {
 #[test]
 fn a_map_tells_where_a_part_can_stand() {
     let wall = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall/wall.stl");
-    let map = |robot: &str| meltpath::reach::reach(&wall, robot, &Reporter::new(), &Silent);
+    let map = |robot: &str| {
+        let unit = PartUnit::Millimetre;
+        meltpath::reach::reach(&wall, unit, robot, &Reporter::new(), &Silent)
+    };
     let lines = map("staubli-rx60bl").unwrap();
     let rows = lines[3..18].iter();
     let cells: Vec<&str> = rows.flat_map(|l| l.split_whitespace()).collect();
@@ -176,4 +183,21 @@ fn a_map_tells_where_a_part_can_stand() {
     );
     let nobody = map("nobody").unwrap_err().to_string();
     assert!(nobody.contains("kuka-kr16-r2010-2"), "{nobody}");
+}
+
+/// A map is that of the part in its unit.
+#[test]
+fn a_map_is_of_the_unit_of_the_part() {
+    let dir = tempfile::tempdir().unwrap();
+    let map = |size: f64, unit: PartUnit| {
+        let part = shapes::cuboid(DVec3::ZERO, size * DVec3::new(8.0, 4.0, 2.0));
+        let mut bytes = Vec::new();
+        write_stl(&part, "part", &mut bytes).unwrap();
+        let file = write(dir.path(), "part.stl", bytes);
+        let robot = "fanuc-arcmate-120ic";
+        meltpath::reach::reach(&file, unit, robot, &Reporter::new(), &Silent).unwrap()
+    };
+    let inches = map(1.0, PartUnit::Inch);
+    assert_eq!(inches, map(25.4, PartUnit::Millimetre));
+    assert_ne!(inches, map(1.0, PartUnit::Millimetre));
 }

@@ -321,3 +321,12 @@ fn mistakes_are_named() {
         "nothing is left behind"
     );
 }
+
+/// What would be tuned twice is told at its key.
+#[test]
+fn an_axis_is_named_once() {
+    let place = tempfile::tempdir().unwrap();
+    let text = SHORT.replace("[cascade", "axes = [\"y\", \"x\", \"y\"]\n[cascade");
+    let told = tuned(place.path(), &text).unwrap_err();
+    assert!(told.contains("axes names y twice"), "{told}");
+}

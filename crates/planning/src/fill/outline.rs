@@ -1,6 +1,7 @@
 //! Questions to outlines: is a point, is a straight way inside, where does a ray leave.
 
 use meltpath_geometry::math::DVec2;
+use meltpath_geometry::region::crosses;
 use meltpath_geometry::{Region, Ring, segments};
 
 /// The edges of a ring.
@@ -9,22 +10,9 @@ pub(crate) fn edges(ring: &Ring) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     ring.iter().zip(next).map(|(&a, &b)| (a, b))
 }
 
-/// Whether the ray from `p` along x crosses the edge from `a` to `b`.
-fn crosses(a: DVec2, b: DVec2, p: DVec2) -> bool {
-    (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
-}
-
 /// Whether `p` lies inside any of the regions (even-odd over their rings).
 pub(crate) fn contains(regions: &[Region], p: DVec2) -> bool {
-    regions.iter().any(|region| {
-        let mut inside = false;
-        for ring in region.rings() {
-            for (a, b) in edges(ring) {
-                inside ^= crosses(a, b, p);
-            }
-        }
-        inside
-    })
+    regions.iter().any(|region| region.contains(p))
 }
 
 /// Regions apart from each other, their edges in rows, for many questions.

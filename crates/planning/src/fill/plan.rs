@@ -46,12 +46,7 @@ pub fn plan_layer(
         layer: layer.number,
         source,
     };
-    let mut filled: Vec<Vec<Bead>> = layer
-        .regions
-        .par_iter()
-        .map(|region| fill(region, layer, settings, reporter))
-        .collect::<Result<_, _>>()
-        .map_err(outline)?;
+    let filled = beads(layer, settings, reporter)?;
     let mut coverage: Vec<Coverage> = layer
         .regions
         .par_iter()
@@ -63,35 +58,7 @@ pub fn plan_layer(
         })
         .collect::<Result<_, _>>()
         .map_err(outline)?;
-    for c in &coverage {
-        if filled[c.region as usize].is_empty() {
-            let place = layer.regions[c.region as usize].outer.first();
-            let place = layer.plane.from_local(place.copied().unwrap_or_default());
-            reporter.warn_at(
-                "region-without-bead",
-                format!(
-                    "layer {}: region {} of {:.1} mm² is too small for a bead {:.2} mm wide",
-                    layer.number, c.region, c.area, settings.width
-                ),
-                Place::at(place.to_array()),
-                "choose a narrower bead, or thicken the part there",
-            );
-        }
-    }
-    let mut path = Layer::new(layer.number, 0.0);
-    for region in visiting_order(&filled) {
-        for (number, bead) in std::mem::take(&mut filled[region]).iter().enumerate() {
-            let head = PassHead {
-                id: ids.id(layer.number, path.len())?,
-                part: ids.part,
-                entity: region as u32,
-                bead: number as u32,
-                profile: 0,
-                role: bead.role,
-            };
-            write(&mut path, head, bead, layer.plane, settings);
-        }
-    }
+    let path = written(filled, layer, settings, ids)?;
     let mut path =
         pace::adapted(path, layer.regions, layer.plane, settings, reporter).map_err(outline)?;
     for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
@@ -109,6 +76,81 @@ pub fn plan_layer(
         coverage,
         settings: *settings,
     })
+}
+
+/// The passes of one layer as [`plan_layer`] has them, all of one speed; what they cover and what lies beside each, which takes most
+/// of the time of a plan, is not looked for.
+///
+/// # Errors
+/// See [`plan_layer`].
+pub(crate) fn passes_alone(
+    layer: FillLayer<'_>,
+    settings: &FillSettings,
+    ids: PassIds,
+    reporter: &Reporter,
+) -> Result<Layer, PlanError> {
+    settings.check()?;
+    let filled = beads(layer, settings, reporter)?;
+    written(filled, layer, settings, ids)
+}
+
+/// The beads of each region; tells of those that have none.
+fn beads(
+    layer: FillLayer<'_>,
+    settings: &FillSettings,
+    reporter: &Reporter,
+) -> Result<Vec<Vec<Bead>>, PlanError> {
+    let filled: Vec<Vec<Bead>> = layer
+        .regions
+        .par_iter()
+        .map(|region| fill(region, layer, settings, reporter))
+        .collect::<Result<_, _>>()
+        .map_err(|source| PlanError::Outline {
+            layer: layer.number,
+            source,
+        })?;
+    for (number, (region, beads)) in layer.regions.iter().zip(&filled).enumerate() {
+        if beads.is_empty() {
+            let place = region.outer.first();
+            let place = layer.plane.from_local(place.copied().unwrap_or_default());
+            reporter.warn_at(
+                "region-without-bead",
+                format!(
+                    "layer {}: region {number} of {:.1} mm² is too small for a bead {:.2} mm wide",
+                    layer.number,
+                    region.area(),
+                    settings.width
+                ),
+                Place::at(place.to_array()),
+                "choose a narrower bead, or thicken the part there",
+            );
+        }
+    }
+    Ok(filled)
+}
+
+/// The beads as passes, region after region by the shortest ways between them.
+fn written(
+    mut filled: Vec<Vec<Bead>>,
+    layer: FillLayer<'_>,
+    settings: &FillSettings,
+    ids: PassIds,
+) -> Result<Layer, PlanError> {
+    let mut path = Layer::new(layer.number, 0.0);
+    for region in visiting_order(&filled) {
+        for (number, bead) in std::mem::take(&mut filled[region]).iter().enumerate() {
+            let head = PassHead {
+                id: ids.id(layer.number, path.len())?,
+                part: ids.part,
+                entity: region as u32,
+                bead: number as u32,
+                profile: 0,
+                role: bead.role,
+            };
+            write(&mut path, head, bead, layer.plane, settings);
+        }
+    }
+    Ok(path)
 }
 
 /// Plans all layers, in parallel, with the same result on any number of threads.
@@ -176,5 +218,47 @@ fn write(path: &mut Layer, head: PassHead, bead: &Bead, plane: &Plane, settings:
             },
         };
         pass.go(shape, plane.from_local(piece.end));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fill::settings::{ContourOrder, LineAngle, Spacing, Strategy};
+    use meltpath_geometry::Region;
+
+    /// What is left out of a plan changes none of its passes.
+    #[test]
+    fn passes_alone_are_those_of_the_plan() {
+        let ring = |corners: [[f64; 2]; 4]| corners.map(DVec2::from_array).to_vec();
+        let regions = [Region {
+            outer: ring([[0.0, 0.0], [8.0, 0.5], [7.0, 5.0], [1.0, 4.0]]),
+            holes: vec![ring([[3.0, 2.0], [3.0, 3.0], [4.0, 3.0], [4.0, 2.0]])],
+        }];
+        let plane = Plane::horizontal(0.0);
+        let layer = FillLayer {
+            number: 3,
+            plane: &plane,
+            regions: &regions,
+        };
+        let angle = LineAngle::Turning {
+            first: 0.3,
+            step: 0.0,
+        };
+        let order = ContourOrder::OutsideIn;
+        for strategy in [Strategy::Zigzag { angle }, Strategy::Contour { order }] {
+            let settings = FillSettings {
+                strategy,
+                spacing: Spacing::Exact,
+                ..FillSettings::new(0.2, 0.2)
+            };
+            let (ids, reporter) = (PassIds { part: 0 }, Reporter::new());
+            let whole = plan_layer(layer, &settings, ids, &reporter).unwrap().path;
+            let alone = passes_alone(layer, &settings, ids, &reporter).unwrap();
+            let points = |layer: &Layer| -> Vec<_> {
+                layer.passes().map(|pass| pass.points.to_vec()).collect()
+            };
+            assert!(whole.len() > 1 && points(&whole) == points(&alone));
+        }
     }
 }

@@ -197,8 +197,9 @@ fn parallel_lines(
     let whole = std::slice::from_ref(body);
     let mut lines = Vec::new();
     straight(whole, Rim::Boundary, layer, settings, &mut lines)?;
-    let bare = lack(whole, &lines, settings)?;
-    if bare > MOST_BARE * body.area() && settings.spacing == Spacing::Fill {
+    // distances that stay as written keep their lines, whatever these leave bare
+    let may_change = settings.spacing == Spacing::Fill;
+    if may_change && lack(whole, &lines, settings)? > MOST_BARE * body.area() {
         let inside = match settings.strategy {
             Strategy::Zigzag { .. } => settings.reversal_distance(),
             _ => end_distance(settings.stepover),

@@ -1,21 +1,44 @@
-//! The surfaces through the middles of layers that follow a body, as far as the part reaches.
+//! The surfaces through the middles of layers on a body, as far as the part reaches: at distances from the body, or level sets between it
+//! and the top.
 
 use meltpath_geometry::Mesh;
 use meltpath_geometry::distance::Distance;
 use meltpath_geometry::level::{Sampled, piece};
 use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
 
 use super::error::OntoError;
+use super::field::{Field, Top};
 use super::settings::OntoSettings;
 use super::shape::Shape;
+use super::top::known;
 
 /// Cells of the grid on which layers are found, along a stepover.
 const CELLS: f64 = 3.0;
+/// Steps of the way from the body to the top in which its rate of growth is looked at.
+const LOOKS: usize = 8;
+/// Most layers between a body and a top.
+const MOST_LAYERS: f64 = 16_383.0;
 
-/// A part and its body, with the distance from the body about what grows.
+/// A layer through its middle.
+pub(super) struct Middle {
+    pub(super) sheet: Mesh,
+    /// The levels of its bottom and its top.
+    pub(super) levels: [f64; 2],
+    /// How far its top is from the body, in the mean, mm.
+    pub(super) top: f64,
+}
+
+/// A part and its body, with the field about what grows.
 pub(super) struct Growing<'a> {
-    pub(super) body: Shape,
+    pub(super) field: Field,
     part: Shape,
+    /// The height that layers are to have, mm.
+    height: f64,
+    /// How far the top is from the body, least and greatest, mm.
+    apart: [f64; 2],
+    /// How far the whole way would be at the rate of growth in even steps of it, mm.
+    way: Vec<f64>,
     /// What grows, as it lies half of the least layer over the body.
     foot: Distance,
     level: f64,
@@ -32,14 +55,14 @@ impl<'a> Growing<'a> {
         settings: OntoSettings<'a>,
     ) -> Result<Self, OntoError> {
         let (low, high) = part.bounds().unwrap_or_default();
-        let reach = part.vertices.clone();
-        let (part, body) = (Shape::new(part), Shape::new(body));
-        touching(&reach, &body, height)?;
+        let (whole, part, body) = (part, Shape::new(part), Shape::new(body));
+        touching(whole, &body, height)?;
         let cell = (settings.fill.stepover / CELLS).min(height);
         let room = settings.side.max(settings.over).max(0.0) + 2.0 * cell;
         let from_body = |p: DVec3| body.distance(p);
         let around = (low - DVec3::splat(room), high + DVec3::splat(room));
-        let mut sampled = Sampled::new(around, cell, from_body)?;
+        let mut sampled =
+            Sampled::new(around, cell, from_body).map_err(|why| OntoError::of_grid(why, whole))?;
         // most of a body is not grown on: there the part is as far as the body
         let grows = |p: DVec3, d: f64| {
             d > 0.25 * height && {
@@ -51,23 +74,98 @@ impl<'a> Growing<'a> {
         let level = 0.5 * height;
         let foot = piece(&sampled.surface(level, from_body), |p| part.distance(p));
         if foot.triangles.is_empty() {
-            let reach = reach.iter().map(|p| body.distance(*p)).fold(0.0, f64::max);
+            let reach = whole
+                .vertices
+                .iter()
+                .map(|p| body.distance(*p))
+                .fold(0.0, f64::max);
             return Err(OntoError::Nothing { reach, height });
         }
-        Ok(Growing {
+        let (mut top, mut apart) = (None, [0.0; 2]);
+        if let Some(to) = &settings.top {
+            let sizes = (settings.fill.stepover, level, settings.over.max(0.0));
+            let found = known(whole, &body, to.sheet, sizes)?;
+            apart = found.apart;
+            sampled = sampled.map(|p, d| found.top.share(p, d));
+            top = Some(found.top);
+        }
+        let mut growing = Growing {
             foot: Distance::new(&foot),
-            body,
+            field: Field { body, top },
             part,
+            height,
+            apart,
+            way: Vec::new(),
             level,
             sampled,
             settings,
-        })
+        };
+        if let Some(top) = &growing.field.top {
+            let sheets = growing.cut(top, &even(LOOKS));
+            growing.way = sheets.iter().map(|s| growing.whole(top, s)).collect();
+        }
+        Ok(growing)
     }
 
-    /// One surface for each layer through its middle, from the body on, showing away from it. Layers are as high as `heights` says, the
-    /// last one repeats.
-    pub(super) fn sheets(&self, heights: &[f64]) -> Vec<Mesh> {
-        let mut sheets = Vec::new();
+    /// The layers from the body on. Those at a distance from it are as high as `heights` says, the last one repeats.
+    /// Layers to the top are as many as beads can lay that grow to `heights`.
+    pub(super) fn middles(&self, heights: &[f64]) -> Vec<Middle> {
+        match (&self.field.top, &self.settings.top) {
+            (Some(top), Some(to)) => {
+                let able = to.able_of(heights);
+                self.to_top(top, layer_count(self.apart, self.height, able))
+            }
+            _ => self.at_distance(heights),
+        }
+    }
+
+    /// Layers between body and top. All have the same thickness in the mean: shares that even steps would make thicker are cut shorter.
+    fn to_top(&self, top: &Top, count: u32) -> Vec<Middle> {
+        let shares = evened(&self.way, count as usize);
+        let mut far = 0.0;
+        let mut middles = Vec::new();
+        for (ends, sheet) in shares.windows(2).zip(self.cut(top, &shares)) {
+            if sheet.triangles.is_empty() {
+                break;
+            }
+            far += (ends[1] - ends[0]) * self.whole(top, &sheet);
+            middles.push(Middle {
+                levels: [ends[0], ends[1]],
+                top: far,
+                sheet,
+            });
+        }
+        middles.truncate(self.settings.count.map_or(usize::MAX, |n| n as usize));
+        middles
+    }
+
+    /// The level sets in the middle between each two shares.
+    fn cut(&self, top: &Top, shares: &[f64]) -> Vec<Mesh> {
+        let share = |p: DVec3| top.share(p, self.field.body.distance(p));
+        let cut = |ends: &[f64]| {
+            let whole = self.sampled.surface(0.5 * (ends[0] + ends[1]), share);
+            piece(&whole, |p| self.outside(p))
+        };
+        shares.par_windows(2).map(cut).collect()
+    }
+
+    /// How far the whole way would be at the rate of growth on a level set, mean over its area, mm.
+    fn whole(&self, top: &Top, sheet: &Mesh) -> f64 {
+        let (mut area, mut sum) = (0.0, 0.0);
+        for t in 0..sheet.triangles.len() {
+            let [a, b, c] = sheet.corners(t);
+            let own = 0.5 * (b - a).cross(c - a).length();
+            if let Some(at) = top.between(&self.field.body, (a + b + c) / 3.0) {
+                area += own;
+                sum += own * at.whole;
+            }
+        }
+        if area > 0.0 { sum / area } else { 0.0 }
+    }
+
+    /// Layers at distances from the body.
+    fn at_distance(&self, heights: &[f64]) -> Vec<Middle> {
+        let mut middles = Vec::new();
         let mut bottom = 0.0;
         let all = heights
             .iter()
@@ -77,24 +175,38 @@ impl<'a> Growing<'a> {
             if *height <= 0.0 || middle > self.sampled.greatest() {
                 break;
             }
-            let whole = self.sampled.surface(middle, |p| self.body.distance(p));
+            let from_body = |p| self.field.body.distance(p);
+            let whole = self.sampled.surface(middle, from_body);
             let sheet = piece(&whole, |p| self.outside(p));
             if sheet.triangles.is_empty() {
                 break;
             }
-            sheets.push(sheet);
-            bottom += height;
+            let top = bottom + height;
+            middles.push(Middle {
+                sheet,
+                levels: [bottom, top],
+                top,
+            });
+            bottom = top;
         }
-        sheets
+        middles
     }
 
     /// How far a point lies outside of what is laid, mm: the part, raised by what is to lie over it, with its allowance.
     fn outside(&self, p: DVec3) -> f64 {
         let OntoSettings { side, over, .. } = self.settings;
-        let Some(foot) = self.body.near.foot(p) else {
+        let Some(foot) = self.field.body.near.foot(p) else {
             return f64::INFINITY;
         };
-        let lowered = (foot.distance - over).max(self.level.min(foot.distance));
+        let lowered = match &self.field.top {
+            // what lies over the top is that of all layers
+            Some(top) => match top.apart(p, foot.distance) {
+                [part, raised] if part > 0.0 => foot.distance * part / raised,
+                _ => return f64::INFINITY,
+            },
+            None => foot.distance - over,
+        };
+        let lowered = lowered.max(self.level.min(foot.distance));
         let Some(part) = self.part.near.foot(foot.point + lowered * foot.outward) else {
             return f64::INFINITY;
         };
@@ -112,11 +224,116 @@ impl<'a> Growing<'a> {
 }
 
 /// Whether the part begins on the body, to within half a layer.
-fn touching(part: &[DVec3], body: &Shape, height: f64) -> Result<(), OntoError> {
-    let vertices = part.iter().map(|&p| (body.distance(p), p));
+fn touching(part: &Mesh, body: &Shape, height: f64) -> Result<(), OntoError> {
+    let near = 0.5 * height;
+    let told = |p: DVec3| (body.distance(p), p);
+    let vertices = part.vertices.iter().map(|&p| told(p));
     let nearest = vertices.min_by(|a, b| a.0.total_cmp(&b.0));
-    match nearest {
-        Some((gap, at)) if gap > 0.5 * height => Err(OntoError::Apart { gap, at }),
-        _ => Ok(()),
+    let Some((gap, at)) = nearest.filter(|(gap, _)| *gap > near) else {
+        return Ok(());
+    };
+    // a part that passes through a body may have no corner near it
+    let touches = |t: usize| {
+        let corners = part.corners(t);
+        (0..3).any(|n| {
+            let (a, b) = (corners[n], corners[(n + 1) % 3]);
+            let (length, mut along) = (a.distance(b), 0.0);
+            while along < length {
+                let (far, _) = told(a + along / length * (b - a));
+                if far <= near {
+                    return true;
+                }
+                // nothing of the body is nearer than that
+                along += far;
+            }
+            false
+        })
+    };
+    if (0..part.triangles.len()).any(touches) {
+        return Ok(());
+    }
+    Err(OntoError::Apart { gap, at })
+}
+
+/// How many layers between body and top, which are so far from each other at the nearest and the farthest place, mm: what keeps both within
+/// the thicknesses that can be laid, mm, and of those what comes nearest to layers `height` mm high.
+fn layer_count([least, greatest]: [f64; 2], height: f64, [thinnest, thickest]: [f64; 2]) -> u32 {
+    let usual = (least * greatest).sqrt() / height;
+    let beyond = |n: f64| {
+        let [thin, thick] = [least / n, greatest / n];
+        (thick / thickest).max(thinnest / thin).max(1.0)
+    };
+    let most = (2.0 * greatest / height).ceil().clamp(1.0, MOST_LAYERS) as u32;
+    let better = |a: &u32, b: &u32| {
+        let [a, b] = [f64::from(*a), f64::from(*b)];
+        let far = |n: f64| (n / usual).ln().abs();
+        beyond(a)
+            .total_cmp(&beyond(b))
+            .then(far(a).total_cmp(&far(b)))
+    };
+    (1..=most).min_by(better).unwrap_or(1)
+}
+
+/// The ends of even steps from 0 to 1.
+fn even(count: usize) -> Vec<f64> {
+    (0..=count).map(|k| k as f64 / count as f64).collect()
+}
+
+/// Shares between which layers have the same thickness in the mean, where the whole way is as far as `thick` says over even steps.
+fn evened(thick: &[f64], count: usize) -> Vec<f64> {
+    let total: f64 = thick.iter().sum();
+    let mut shares = vec![0.0];
+    let (mut step, mut below) = (0, 0.0);
+    for k in 1..count {
+        let wanted = total * k as f64 / count as f64;
+        while step + 1 < thick.len() && below + thick[step] < wanted {
+            below += thick[step];
+            step += 1;
+        }
+        let own = thick.get(step).copied().unwrap_or(0.0);
+        let within = if own > 0.0 {
+            (wanted - below) / own
+        } else {
+            0.0
+        };
+        shares.push((step as f64 + within) / thick.len().max(1) as f64);
+    }
+    shares.push(1.0);
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Thinnest and thickest layer that can be laid, mm.
+    const ABLE: [f64; 2] = [1.0, 4.0];
+
+    #[test]
+    fn as_many_layers_as_keep_both_ends_within_what_can_be_laid() {
+        // layers of 2 mm in the geometric mean
+        assert_eq!(layer_count([8.0, 8.0], 2.0, ABLE), 4);
+        assert_eq!(layer_count([8.0, 18.0], 2.0, ABLE), 6);
+        // 1 to 4 mm can be laid: five layers of 4.8 mm could not
+        assert_eq!(layer_count([6.0, 24.0], 2.0, ABLE), 6);
+        // of heights that are asked for what can be laid comes first
+        assert_eq!(layer_count([8.0, 8.0], 0.5, ABLE), 8);
+        // beyond any number, as much too thin as too thick
+        assert_eq!(layer_count([3.0, 48.0], 2.0, ABLE), 6);
+        assert_eq!(layer_count([0.1, 0.2], 2.0, ABLE), 1);
+    }
+
+    #[test]
+    fn shares_are_cut_where_layers_have_one_thickness() {
+        assert_eq!(evened(&[3.0, 3.0], 2), [0.0, 0.5, 1.0]);
+        // 4, 2, 2 mm of the way, of which each layer gets 8/3
+        let shares = evened(&[4.0, 2.0, 2.0], 3);
+        assert!((shares[1] * 3.0 * 4.0 - 8.0 / 3.0).abs() < 1e-12);
+        assert!(
+            (shares[2] - (1.0 + 2.0 / 3.0) / 3.0).abs() < 1e-12,
+            "{shares:?}"
+        );
+        assert_eq!(evened(&[5.0], 1), [0.0, 1.0]);
+        assert_eq!(evened(&[3.0, 3.0, 3.0], 2), [0.0, 0.5, 1.0]);
     }
 }

@@ -4,8 +4,11 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::sheet::thinned;
 use meltpath_toolpath::{Channel, Pass, Role};
 
+use rayon::prelude::*;
+
+use super::field::Field;
 use super::laid_out::LaidOut;
-use super::shape::Shape;
+use super::pace::Pace;
 use crate::fill::Coverage;
 use crate::surface::{SurfacePass, SurfacePoint};
 
@@ -37,10 +40,12 @@ pub struct TopPlace {
 /// How a layer is brought back.
 pub(super) struct Lift<'a> {
     pub(super) layer: &'a LaidOut,
-    pub(super) body: &'a Shape,
-    /// Distances of its bottom and its top from the body, mm.
-    pub(super) heights: [f64; 2],
+    pub(super) field: &'a Field,
+    /// The levels of its bottom and its top.
+    pub(super) levels: [f64; 2],
     pub(super) chord_error: f64,
+    /// How speeds follow its thickness; nothing of a layer that is evenly thick.
+    pub(super) pace: Option<Pace>,
 }
 
 impl Lift<'_> {
@@ -69,13 +74,16 @@ impl Lift<'_> {
             }
         }
         let all: Option<Vec<SurfacePoint>> = course
-            .iter()
+            .par_iter()
             .map(|p| self.point(*p, pass.head.entity))
             .collect();
         let mut points = all?;
         if let (true, Some(&first)) = (pass.is_closed(), points.first()) {
             points.pop();
             points.push(first);
+        }
+        if let Some(pace) = &self.pace {
+            speeds = pace.speeds(&points, &speeds);
         }
         let (points, speeds) = self.thinned(&points, &speeds);
         let mut bead = SurfacePass {
@@ -99,14 +107,12 @@ impl Lift<'_> {
 
     /// The point of a bead over a point of the plane; the way across it is not known yet.
     fn point(&self, p: DVec3, region: u32) -> Option<SurfacePoint> {
-        let foot = self.body.near.foot(self.place(p, region)?)?;
-        let growth = foot.outward;
-        let [bottom, top] = self.heights;
+        let across = self.field.across(self.place(p, region)?, self.levels)?;
         Some(SurfacePoint {
-            position: foot.point + top * growth,
+            position: across.top,
             normal: DVec3::ZERO,
-            growth,
-            from: Some(foot.point + bottom * growth),
+            growth: across.growth,
+            from: Some(across.bottom),
         })
     }
 
@@ -125,11 +131,12 @@ impl Lift<'_> {
         points: &[SurfacePoint],
         speeds: &[Option<f64>],
     ) -> (Vec<SurfacePoint>, Vec<Option<f64>>) {
-        let ends = |far: f64| -> Vec<bool> {
-            let line: Vec<DVec3> = points.iter().map(|p| p.position + far * p.growth).collect();
+        let ends = |end: &dyn Fn(&SurfacePoint) -> DVec3| -> Vec<bool> {
+            let line: Vec<DVec3> = points.iter().map(end).collect();
             thinned(&line, 0.5 * self.chord_error)
         };
-        let (feet, tubes) = (ends(self.heights[0] - self.heights[1]), ends(LEVER));
+        let feet = ends(&|p| p.from.unwrap_or(p.position));
+        let tubes = ends(&|p| p.position + LEVER * p.growth);
         let mut kept = (Vec::new(), Vec::new());
         for (i, point) in points.iter().enumerate() {
             let paced = i > 0 && i < speeds.len() && speeds[i - 1] != speeds[i];

@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::error::OntoError;
 use super::inner::inner;
 use super::laid_out::{LaidOut, laid_out_in_a_plane};
-use super::layers::Growing;
+use super::layers::{Growing, Middle};
 use super::lift::{Lift, OntoBead, TopPlace};
+use super::pace::Pace;
 use super::settings::OntoSettings;
 use crate::fill::{Coverage, FillLayer, PassIds, plan_layers};
 
@@ -19,7 +20,7 @@ use crate::fill::{Coverage, FillLayer, PassIds, plan_layers};
 pub struct OntoLayer {
     /// Its number, from 1.
     pub number: u32,
-    /// Distance of its top from the body, mm.
+    /// Distance of its top from the body, mm; where it is not the same everywhere, its mean.
     pub top: f64,
     /// Area of the surface through its middle, mm².
     pub area: f64,
@@ -71,6 +72,16 @@ impl<'a> Onto<'a> {
                 return Err(OntoError::Setting { name, value });
             }
         }
+        if let Some(to) = &settings.top {
+            let [slowest, fastest] = to.known;
+            let paces = to.paces;
+            let speeds = [paces.nominal, paces.slowest, paces.fastest];
+            let mut speeds = speeds.into_iter().chain([slowest, fastest]);
+            if let Some(value) = speeds.find(|v| !(*v > 0.0 && v.is_finite())) {
+                let name = "a travel speed";
+                return Err(OntoError::Setting { name, value });
+            }
+        }
         settings.fill.check()?;
         Ok(Onto {
             growing: Growing::new(part, body, height, settings)?,
@@ -78,7 +89,8 @@ impl<'a> Onto<'a> {
         })
     }
 
-    /// Plans layers that are as high as `heights` says, from the body on, mm; the last one repeats.
+    /// Plans layers that are as high as `heights` says, from the body on, mm; the last one repeats. Of layers from the body to the top that
+    /// is how high each grows at the speeds of its fill: where it is thicker it is laid the slower.
     ///
     /// # Errors
     /// [`OntoError`].
@@ -88,11 +100,12 @@ impl<'a> Onto<'a> {
         reporter: &Reporter,
         observer: &dyn Observer,
     ) -> Result<OntoPlan, OntoError> {
-        let sheets = self.growing.sheets(heights);
-        let numbered: Vec<(u32, &Mesh)> = (1..).zip(&sheets).collect();
+        let middles = self.growing.middles(heights);
+        let numbered: Vec<(u32, &Middle)> = (1..).zip(&middles).collect();
+        let width = self.settings.fill.width;
         let laid_out = numbered
             .into_par_iter()
-            .map(|(number, sheet)| laid_out_in_a_plane(number, sheet, self.settings.fill.width))
+            .map(|(number, middle)| laid_out_in_a_plane(number, &middle.sheet, width))
             .collect::<Result<Vec<LaidOut>, OntoError>>()?;
         let plane = Plane::horizontal(0.0);
         let regions: Vec<Vec<Region>> = laid_out.iter().map(LaidOut::regions).collect();
@@ -107,21 +120,26 @@ impl<'a> Onto<'a> {
         let ids = PassIds { part: 0 };
         let filled = plan_layers(&wanted, self.settings.fill, ids, reporter, observer)?;
         let mut plan = OntoPlan::default();
-        let mut bottom = 0.0;
-        for (i, (layer, filled)) in laid_out.iter().zip(filled).enumerate() {
-            let height = heights.get(i).or(heights.last()).copied().unwrap_or(0.0);
+        let laid = middles.iter().zip(&laid_out).zip(filled);
+        for (i, ((middle, layer), filled)) in laid.enumerate() {
+            let grown = heights.get(i).or(heights.last()).copied().unwrap_or(0.0);
             let lift = Lift {
                 layer,
-                body: &self.growing.body,
-                heights: [bottom, bottom + height],
+                field: &self.growing.field,
+                levels: middle.levels,
                 chord_error: self.settings.chord_error,
+                pace: self.settings.top.map(|to| Pace {
+                    grown,
+                    paces: to.paces,
+                    known: to.known,
+                    shortest: 0.5 * width,
+                }),
             };
-            bottom += height;
             plan.beads
                 .extend(filled.path.passes().filter_map(|p| lift.bead(p)));
             plan.layers.push(OntoLayer {
                 number: layer.number,
-                top: bottom,
+                top: middle.top,
                 area: layer.area,
                 stretch: layer.stretch(),
                 coverage: lift.coverage(filled.coverage),

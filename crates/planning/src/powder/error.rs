@@ -16,6 +16,16 @@ pub enum HatchError {
     /// Contours that follow a modulation which is not there.
     #[error("modulated contours need the table [modulation]")]
     NotModulated,
+    /// Lines nearer together or farther apart than any are drawn.
+    #[error("the distance between lines is {spacing} mm, it must lie between {low} and {high} mm")]
+    Spacing {
+        /// What was given, mm.
+        spacing: f64,
+        /// Smallest distance, mm.
+        low: f64,
+        /// Largest distance, mm.
+        high: f64,
+    },
     /// A region smaller than a line.
     #[error("no line fits into the region: it is narrower than the spacing of {spacing} mm")]
     Nothing {

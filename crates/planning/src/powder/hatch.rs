@@ -10,7 +10,7 @@ use crate::fill::{
     ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, Spacing, StartPoints,
     Strategy,
 };
-use crate::fill::{PassIds, plan_layer};
+use crate::fill::{PassIds, passes_alone};
 use crate::powder::error::HatchError;
 use crate::powder::modulation::{Modulation, hatch_energy};
 use crate::powder::nested::EnergyField;
@@ -18,6 +18,9 @@ use crate::powder::patterns::{islands, nested, spots};
 
 /// Corners of what is drawn beyond the contour: as sharp as the part's, but for needles.
 const CORNERS: Join = Join::Miter { limit: 4.0 };
+
+/// Distances between lines that regions are filled with, mm.
+const SPACINGS: [f64; 2] = [0.005, 1000.0];
 
 /// What fills a region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,6 +121,19 @@ impl Hatch {
         }
     }
 
+    /// Distances that lines can have.
+    fn check(&self) -> Result<(), HatchError> {
+        let [low, high] = SPACINGS;
+        if (low..=high).contains(&self.spacing) {
+            return Ok(());
+        }
+        Err(HatchError::Spacing {
+            spacing: self.spacing,
+            low,
+            high,
+        })
+    }
+
     /// The toolpath over areas of layer `number`, one after the other. Areas too narrow for a line are left out with a
     /// warning, unless all are.
     ///
@@ -192,7 +208,9 @@ impl Hatch {
         number: u32,
         reporter: &Reporter,
     ) -> Result<Layer, HatchError> {
-        let angle = self.angles[0] + self.angles[1] * f64::from(number - 1);
+        // whole turns say nothing, however many layers add up to them
+        let angle =
+            (self.angles[0] + self.angles[1] * f64::from(number - 1)) % std::f64::consts::TAU;
         let field = self.modulation.as_ref().map(|m| {
             // a tenth of a spacing: contours stay within a hundredth of it
             m.field(region, number, self.layer, 0.1 * self.spacing)
@@ -282,6 +300,7 @@ impl Hatch {
         number: u32,
         reporter: &Reporter,
     ) -> Result<Layer, HatchError> {
+        self.check()?;
         let plane = Plane::horizontal(0.0);
         let layer = crate::fill::FillLayer {
             number,
@@ -299,7 +318,12 @@ impl Hatch {
             tolerance: 0.02 * self.spacing,
             ..FillSettings::new(self.spacing, self.spacing)
         };
-        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.path)
+        Ok(passes_alone(
+            layer,
+            &settings,
+            PassIds { part: 0 },
+            reporter,
+        )?)
     }
 
     /// Speed, or time on a spot, so that the energy follows the field; pieces of at most a spacing.
@@ -328,269 +352,4 @@ impl Hatch {
 }
 
 #[cfg(test)]
-mod tests {
-    use meltpath_toolpath::{Move, Pass};
-
-    use super::*;
-
-    fn rectangle([width, height]: [f64; 2]) -> Region {
-        let (x, y) = (0.5 * width, 0.5 * height);
-        let corners = [[-x, -y], [x, -y], [x, y], [-x, y]];
-        Region {
-            outer: corners.map(DVec2::from_array).to_vec(),
-            holes: Vec::new(),
-        }
-    }
-
-    fn moved(mut region: Region, by: [f64; 2]) -> Region {
-        for p in &mut region.outer {
-            *p += DVec2::from_array(by);
-        }
-        region
-    }
-
-    /// Lines of the thesis: 300 W, 980 mm/s, 0.125 mm, layers of 50 µm, crossed.
-    fn hatch(pattern: Pattern) -> Hatch {
-        Hatch {
-            pattern,
-            turns: Turns::Joined,
-            spacing: 0.125,
-            angles: [0.0, std::f64::consts::FRAC_PI_2],
-            contours: 0,
-            overrun: 0.0,
-            island: 2.0,
-            speed: 980.0,
-            dwell: 0.125 / 980.0,
-            power: 300.0,
-            spot: 0.4,
-            layer: 0.05,
-            chord_error: 2e-3,
-            modulation: None,
-        }
-    }
-
-    fn modulated(pattern: Pattern, below: Option<Vec<Region>>) -> Hatch {
-        let hatch = hatch(pattern);
-        let law = Modulation {
-            nominal: hatch.energy(),
-            ..Modulation::STARTING
-        };
-        Hatch {
-            modulation: Some(Modulated { law, below }),
-            ..hatch
-        }
-    }
-
-    fn drawn(hatch: &Hatch, regions: &[Region], number: u32) -> Toolpath {
-        hatch.toolpath(regions, number, &Reporter::new()).unwrap()
-    }
-
-    fn energy(toolpath: &Toolpath) -> f64 {
-        let profile = &toolpath.profiles[0];
-        let of_pass = |pass: Pass<'_>| -> f64 {
-            let time = |i: usize| match pass.move_at(i) {
-                Move::Spot { time } => time,
-                _ => pass.move_length(i) / pass.value(Channel::Speed, i).unwrap_or(profile.speed),
-            };
-            (0..pass.move_count()).map(time).sum::<f64>() * profile.power
-        };
-        toolpath.passes().map(of_pass).sum()
-    }
-
-    /// A plate that hangs over powder on its right: whatever the pattern, the energy is what the law asks for.
-    #[test]
-    fn every_pattern_follows_the_modulation() {
-        let region = rectangle([6.0, 4.0]);
-        let foot = moved(rectangle([4.0, 6.0]), [-2.0, 0.0]);
-        // mean of F over a width of 6 and of 4 mm, half of it over powder
-        let across = |w: f64| (w - 2.0 + 2.0 * 0.9) / w;
-        let wanted = 48.98 * across(6.0) * across(4.0) * 0.5 * (1.0 + 0.6);
-        for pattern in [
-            Pattern::Modulated,
-            Pattern::Lines,
-            Pattern::OneWay,
-            Pattern::Contours,
-            Pattern::Spots,
-        ] {
-            let hatch = modulated(pattern, Some(vec![foot.clone()]));
-            let toolpath = drawn(&hatch, std::slice::from_ref(&region), 1);
-            let found = energy(&toolpath) / (region.area() * 0.05);
-            assert!(
-                (found / wanted - 1.0).abs() < 0.05,
-                "{pattern:?}: {found} {wanted}"
-            );
-        }
-    }
-
-    /// A frame by a laser: contours first, then lines one against the other, each alone, all inside; what the contours take the
-    /// lines leave, whatever their angle.
-    #[test]
-    fn lines_apart_begin_anew_inside_their_contours() {
-        let mut region = rectangle([9.0, 7.0]);
-        let mut hole = rectangle([4.0, 3.0]).outer;
-        hole.reverse();
-        region.holes.push(hole);
-        for (pattern, contours, angle) in [
-            (Pattern::Lines, 2, 0.7),
-            (Pattern::OneWay, 1, 0.0),
-            (Pattern::Lines, 0, 0.3),
-        ] {
-            let hatch = Hatch {
-                turns: Turns::Apart,
-                contours,
-                angles: [angle, 0.0],
-                ..hatch(pattern)
-            };
-            let path = drawn(&hatch, std::slice::from_ref(&region), 1);
-            let rings = path
-                .passes()
-                .take_while(meltpath_toolpath::Pass::is_closed)
-                .count();
-            assert_eq!(rings, 2 * contours as usize);
-            let lines: Vec<Pass<'_>> = path.passes().skip(rings).collect();
-            assert!(lines.iter().all(|p| p.move_count() == 1));
-            let way = DVec2::from_angle(angle);
-            let forth = |p: &Pass<'_>| (p.points[1] - p.points[0]).truncate().dot(way) > 0.0;
-            let turned = lines.windows(2).filter(|w| forth(&w[0]) != forth(&w[1]));
-            let turned = turned.count();
-            assert_eq!(turned == 0, pattern == Pattern::OneWay, "{turned}");
-            for p in path.passes().flat_map(|p| p.points.to_vec()) {
-                assert!(region.contains(p.truncate()), "{p}");
-            }
-            // lines without contours end half a spacing before the boundary
-            let rim = 2.0 * (9.0 + 7.0 + 4.0 + 3.0);
-            let bare = if contours == 0 {
-                0.5 * hatch.spacing * rim
-            } else {
-                0.0
-            };
-            let covered = (path.deposited_length() * hatch.spacing + bare) / region.area();
-            assert!((covered - 1.0).abs() < 0.02, "{pattern:?} {covered}");
-        }
-    }
-
-    /// A wall narrower than the spacing: one line along its middle, contours or not.
-    #[test]
-    fn a_wall_narrower_than_the_spacing_gets_one_line() {
-        for contours in [0, 2] {
-            let hatch = Hatch {
-                turns: Turns::Apart,
-                contours,
-                ..hatch(Pattern::Lines)
-            };
-            let path = drawn(&hatch, &[rectangle([6.0, 0.08])], 1);
-            assert_eq!(path.pass_count(), 1);
-            assert!((path.deposited_length() - 5.9).abs() < 0.1);
-        }
-    }
-
-    /// Passes lie farther apart near powder, and the path is shorter than at constant spacing.
-    #[test]
-    fn ebm_q10_the_modulated_path_is_shorter() {
-        let region = [rectangle([8.0, 6.0])];
-        let length = |h: &Hatch| drawn(h, &region, 1).deposited_length();
-        let some = length(&modulated(Pattern::Modulated, None));
-        let all = length(&hatch(Pattern::Contours));
-        assert!(some < 0.97 * all, "{some} {all}");
-    }
-
-    /// A frame with a hole: every pattern brings the thesis' energy per volume to it and stays inside.
-    #[test]
-    fn every_pattern_fills_a_region_with_a_hole() {
-        let mut region = rectangle([9.0, 7.0]);
-        let mut hole = rectangle([4.0, 3.0]).outer;
-        hole.reverse();
-        region.holes.push(hole);
-        // a thousandth of a millimetre more on all sides
-        let room = outset(std::slice::from_ref(&region), 1e-3, CORNERS).unwrap();
-        for pattern in [
-            Pattern::Lines,
-            Pattern::OneWay,
-            Pattern::Contours,
-            Pattern::Spiral,
-            Pattern::Islands,
-            Pattern::Spots,
-        ] {
-            for layer in 1..=2 {
-                let toolpath = drawn(&hatch(pattern), std::slice::from_ref(&region), layer);
-                let density = energy(&toolpath) / (region.area() * 0.05);
-                // lines of islands end half a spacing before each border
-                assert!(
-                    (density / 48.98 - 1.0).abs() < 0.08,
-                    "{pattern:?}, layer {layer}: {density} J/mm³"
-                );
-                for p in toolpath.passes().flat_map(|p| p.points) {
-                    let inside = room.iter().any(|r| r.contains(p.truncate()));
-                    assert!(inside, "{pattern:?} {p:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn spots_lie_apart_in_time() {
-        let toolpath = drawn(&hatch(Pattern::Spots), &[rectangle([4.0, 4.0])], 1);
-        let points = &toolpath.layers[0].pass(0).points[1..];
-        assert_eq!(points.len(), 32 * 32);
-        let near = points
-            .windows(2)
-            .filter(|w| w[0].distance(w[1]) < 0.4)
-            .count();
-        assert_eq!(near, 0);
-    }
-
-    #[test]
-    fn areas_are_drawn_one_after_the_other_and_slivers_left_out() {
-        let square = |x: f64| moved(rectangle([2.0, 2.0]), [x + 1.0, 1.0]);
-        let sliver = moved(rectangle([5.0, 0.01]), [11.5, 0.0]);
-        let regions = [square(5.0), sliver.clone(), square(0.0)];
-        let hatch = hatch(Pattern::OneWay);
-        let reporter = Reporter::new();
-        let toolpath = hatch.toolpath(&regions, 3, &reporter).unwrap();
-        let points = toolpath.passes().flat_map(|p| p.points);
-        let right: Vec<bool> = points.map(|p| p.x > 4.0).collect();
-        assert!(right[0] && !right[right.len() - 1]);
-        assert_eq!(right.windows(2).filter(|w| w[0] != w[1]).count(), 1);
-        let told = reporter.warnings();
-        let left_out = told.iter().filter(|w| w.code == "area-not-drawn");
-        let words: Vec<&str> = left_out.map(|w| w.message.as_str()).collect();
-        assert!(
-            words.len() == 1 && words[0].starts_with("layer 3: 1 of its 3 areas"),
-            "{told:?}"
-        );
-        let none = hatch.toolpath(&[sliver.clone(), sliver], 3, &reporter);
-        assert!(matches!(none, Err(HatchError::Nothing { .. })));
-    }
-
-    #[test]
-    fn what_cannot_be_filled_is_refused() {
-        let refused = |pattern: Pattern, size: [f64; 2]| {
-            let refused = hatch(pattern).toolpath(&[rectangle(size)], 1, &Reporter::new());
-            refused.unwrap_err().to_string()
-        };
-        let narrow = refused(Pattern::OneWay, [5.0, 0.01]);
-        assert!(narrow.starts_with("no line fits"), "{narrow}");
-        let wide = refused(Pattern::Spots, [5000.0, 5000.0]);
-        assert!(wide.starts_with("spots of 0.125 mm"), "{wide}");
-    }
-
-    #[test]
-    fn layers_turn_from_the_first_angle_by_the_second() {
-        let hatch = Hatch {
-            angles: [0.3, 0.5],
-            ..hatch(Pattern::Lines)
-        };
-        for (number, angle) in [(1, 0.3), (2, 0.8), (4, 1.8)] {
-            let layer = hatch
-                .passes(&rectangle([4.0, 3.0]), number, &Reporter::new())
-                .unwrap();
-            let along = layer.passes().map(|p| {
-                let way = p.points[1] - p.points[0];
-                way.truncate().to_angle().rem_euclid(std::f64::consts::PI)
-            });
-            for found in along.collect::<Vec<_>>() {
-                assert!((found - angle).abs() < 1e-6, "{number}: {found}");
-            }
-        }
-    }
-}
+mod tests;

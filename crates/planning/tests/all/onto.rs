@@ -4,9 +4,9 @@ use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::shapes;
-use meltpath_planning::onto::{Onto, OntoError, OntoPlan, OntoSettings};
+use meltpath_planning::onto::{Onto, OntoError, OntoPlan, OntoSettings, ToTop};
 use meltpath_planning::surface::SurfacePoint;
-use meltpath_planning::{ContourOrder, FillSettings, LineAngle, Strategy};
+use meltpath_planning::{ContourOrder, FillSettings, LineAngle, Paces, Strategy};
 
 const HEIGHT: f64 = 1.5;
 
@@ -25,7 +25,38 @@ fn fill() -> FillSettings {
     }
 }
 
+/// Travel of the beads, mm/s.
+const SPEED: f64 = 12.0;
+
 fn with(part: &Mesh, body: &Mesh, side: f64, over: f64) -> Result<OntoPlan, OntoError> {
+    to(part, body, (side, over), None)
+}
+
+/// From the body to the top of the part, `sheet` or what is found.
+fn to_top(
+    part: &Mesh,
+    body: &Mesh,
+    allowances: (f64, f64),
+    sheet: Option<&Mesh>,
+) -> Result<OntoPlan, OntoError> {
+    let top = ToTop {
+        sheet,
+        paces: Paces {
+            nominal: SPEED,
+            slowest: 0.4,
+            fastest: 2.0,
+        },
+        known: [5.0, 24.0],
+    };
+    to(part, body, allowances, Some(top))
+}
+
+fn to(
+    part: &Mesh,
+    body: &Mesh,
+    (side, over): (f64, f64),
+    top: Option<ToTop<'_>>,
+) -> Result<OntoPlan, OntoError> {
     let fill = fill();
     let settings = OntoSettings {
         fill: &fill,
@@ -34,6 +65,7 @@ fn with(part: &Mesh, body: &Mesh, side: f64, over: f64) -> Result<OntoPlan, Onto
         inside: 1.5 * fill.width,
         chord_error: 0.02,
         count: None,
+        top,
     };
     let onto = Onto::new(part, body, HEIGHT, settings)?;
     onto.plan(&[HEIGHT], &Reporter::new(), &Silent)
@@ -169,4 +201,201 @@ fn what_cannot_be_laid_is_refused() {
     );
     let narrow = of(box_of([20.0, 10.0, -10.0], [23.0, 50.0, 9.0]));
     assert!(matches!(narrow, OntoError::Narrow { .. }), "{narrow}");
+}
+
+/// A block from the plate up, cut by a plane that rises along x.
+fn wedge(low: f64, rise: f64) -> Mesh {
+    let mut block = box_of([20.0, 10.0, -10.0], [80.0, 50.0, 1.0]);
+    for p in block.vertices.iter_mut().filter(|p| p.z > 0.0) {
+        p.z = low + rise * (p.x - 20.0);
+    }
+    block
+}
+
+/// Between planes that lean all layers cover the whole part, everywhere as many, and each is as thick as its share of the place.
+#[test]
+fn layers_of_a_wedge_go_from_the_plate_to_its_top() {
+    let (low, rise) = (8.0, 0.1);
+    let plan = to_top(&wedge(low, rise), &plate(), (0.0, 0.0), None).unwrap();
+    // the root of 8 and 14, over 1.5
+    let count = plan.layers.len();
+    assert_eq!(count, 7);
+    let height = |p: DVec3| low + rise * (p.x - 20.0);
+    for (number, p) in points(&plan) {
+        let (top, bottom) = (p.position, p.from.unwrap());
+        let share = p.spacing().unwrap() * count as f64 / height(p.position);
+        assert!((share - 1.0).abs() < 0.02, "{number} {share}");
+        assert!(bottom.z > -1e-6 && top.z < height(top) + 1e-6);
+        if number == 1 {
+            assert!(bottom.z.abs() < 1e-6, "{bottom:?}");
+        }
+        if number == count as u32 {
+            assert!((top.z - height(top)).abs() < 1e-6, "{top:?}");
+        }
+        // from upright on the plate to upright on the top
+        let lean = p.growth.angle_between(DVec3::Z);
+        let most = rise.atan();
+        assert!(lean > 0.0 && lean < most, "{lean}");
+    }
+    let tops: Vec<f64> = plan.layers.iter().map(|l| l.top).collect();
+    for ends in tops.windows(2) {
+        assert!((ends[1] - ends[0] - tops[0]).abs() < 1e-3, "{tops:?}");
+    }
+    for layer in &plan.layers {
+        assert!((layer.area / 2400.0 - 1.0).abs() < 0.006, "{}", layer.area);
+    }
+}
+
+/// What a bead lays at its speeds is what the layer's thickness wants, bead by bead and place by place.
+#[test]
+fn speeds_follow_the_thickness() {
+    let plan = to_top(&wedge(8.0, 0.1), &plate(), (0.0, 0.0), None).unwrap();
+    let (mut wanted, mut laid, mut speeds) = (0.0, 0.0, Vec::new());
+    for bead in &plan.beads {
+        assert_eq!(bead.speeds.len() + 1, bead.pass.points.len());
+        for (ends, speed) in bead.pass.points.windows(2).zip(&bead.speeds) {
+            let length = ends[0].position.distance(ends[1].position);
+            let thick = 0.5 * (ends[0].spacing().unwrap() + ends[1].spacing().unwrap());
+            let grows = HEIGHT * SPEED / speed.unwrap();
+            assert!((grows / thick - 1.0).abs() < 0.06, "{grows} {thick}");
+            wanted += length * thick;
+            laid += length * grows;
+            speeds.push(speed.unwrap());
+        }
+    }
+    assert!((laid / wanted - 1.0).abs() < 1e-3, "{laid} {wanted}");
+    let least = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = speeds.iter().copied().fold(0.0, f64::max);
+    assert!((1.5..1.8).contains(&(most / least)), "{least} {most}");
+}
+
+/// A sheet that is named, whichever side it shows, and the one that is found are the same top; what lies over it is every layer's.
+#[test]
+fn a_top_is_named_or_found() {
+    let part = wedge(8.0, 0.1);
+    let top = |turned: bool| Mesh {
+        vertices: part.vertices.clone(),
+        triangles: part
+            .triangles
+            .iter()
+            .filter(|t| t.iter().all(|&v| part.vertices[v as usize].z > 0.0))
+            .map(|&[a, b, c]| if turned { [a, c, b] } else { [a, b, c] })
+            .collect(),
+    };
+    let of = |sheet: Option<&Mesh>| to_top(&part, &plate(), (2.0, 3.0), sheet).unwrap();
+    let found = of(None);
+    for turned in [false, true] {
+        let named = of(Some(&top(turned)));
+        assert_eq!(named.beads.len(), found.beads.len());
+        for (a, b) in named.beads.iter().zip(&found.beads) {
+            assert_eq!(a.pass.number, b.pass.number);
+            // which points stay on a line hangs on rounding
+            let share = a.pass.length() / b.pass.length();
+            assert!((share - 1.0).abs() < 1e-4, "{share}");
+        }
+    }
+    // (8 + 3) to (14 + 3) mm
+    assert_eq!(found.layers.len(), 9);
+    for layer in &found.layers {
+        let wanted = 64.0 * 44.0 - (16.0 - 4.0 * std::f64::consts::PI);
+        assert!((layer.area / wanted - 1.0).abs() < 0.02, "{}", layer.area);
+    }
+    let last = points(&found).filter(|p| p.0 == 9);
+    for (_, p) in last {
+        let plane = 8.0 + 0.1 * (p.position.x - 20.0) + 3.0 / 0.1_f64.atan().cos();
+        assert!((p.position.z - plane).abs() < 1e-6, "{p:?}");
+    }
+}
+
+/// A face that leans against a tube: as many layers where there is least between them as where there is most, and all of them whole.
+#[test]
+fn layers_go_from_a_tube_to_a_face_that_leans() {
+    let mut part = box_of([0.0, -15.0, 35.0], [42.0, 15.0, 65.0]);
+    let lean = 10.0_f64.to_radians().tan();
+    for p in part.vertices.iter_mut().filter(|p| p.x > 1.0) {
+        p.x += lean * (p.z - 50.0);
+    }
+    let plan = to_top(&part, &tube(), (0.0, 0.0), None).unwrap();
+    // from 9.4 mm at the foot of the face to 17.1 mm at its upper corners
+    let count = plan.layers.len();
+    assert_eq!(count, 8);
+    for (number, p) in points(&plan) {
+        if number == count as u32 {
+            let plane = 42.0 + lean * (p.position.z - 50.0);
+            assert!((p.position.x - plane).abs() < 1e-6, "{p:?}");
+        }
+        if number == 1 {
+            let radius = p.from.unwrap().truncate().length();
+            assert!((radius - 30.0).abs() < 0.05, "{radius}");
+        }
+        assert!((0.9..2.2).contains(&p.spacing().unwrap()), "{p:?}");
+    }
+    let areas: Vec<f64> = plan.layers.iter().map(|l| l.area).collect();
+    assert!(areas.iter().all(|a| *a > 850.0 && *a < 1000.0), "{areas:?}");
+}
+
+#[test]
+fn tops_that_are_none_are_refused() {
+    // a step: two faces look away from the plate
+    let step = shapes::boss_on_plate((60.0, 40.0, 4.0), 10.0, 3.0, 8.0);
+    let step = Mesh {
+        vertices: step
+            .vertices
+            .iter()
+            .map(|p| *p + DVec3::new(20.0, 10.0, 0.0))
+            .collect(),
+        ..step
+    };
+    let stepped = to_top(&step, &plate(), (0.0, 0.0), None).unwrap_err();
+    assert!(
+        matches!(stepped, OntoError::OverTop { by, .. } if by > 2.0),
+        "{stepped}"
+    );
+    let inside = box_of([30.0, 20.0, -5.0], [60.0, 40.0, -2.0]);
+    let none = to_top(&wedge(8.0, 0.1), &plate(), (0.0, 0.0), Some(&inside)).unwrap_err();
+    assert!(matches!(none, OntoError::NoTop { .. }), "{none}");
+}
+
+/// A side wall that is named as the top: told as what it is, not as a surface without triangles.
+#[test]
+fn a_side_that_is_named_as_the_top_is_refused() {
+    let part = wedge(8.0, 0.1);
+    let (low, high) = part.bounds().unwrap();
+    let side = sheet_at(low.x, [low.y, high.y], [2.0, 8.0]);
+    let aside = to_top(&part, &plate(), (0.0, 0.0), Some(&side)).unwrap_err();
+    assert!(
+        matches!(aside, OntoError::TopAside { angle } if (angle.to_degrees() - 90.0).abs() < 5.0),
+        "{aside}"
+    );
+    assert!(aside.to_string().contains("onto.top"), "{aside}");
+}
+
+/// Files in another unit than the job says make a part of some metres: its size is told, and the unit.
+#[test]
+fn a_part_in_another_unit_is_told_as_one() {
+    let large = |mesh: Mesh| Mesh {
+        vertices: mesh.vertices.iter().map(|p| 25.4 * *p).collect(),
+        ..mesh
+    };
+    let (part, body) = (large(wedge(8.0, 0.1)), large(plate()));
+    let error = to_top(&part, &body, (0.0, 0.0), None).unwrap_err();
+    assert!(matches!(error, OntoError::TooLarge { .. }), "{error}");
+    let told = error.to_string();
+    assert!(
+        told.contains("part_unit") && told.contains("mm finely"),
+        "{told}"
+    );
+}
+
+/// An upright sheet across x.
+fn sheet_at(x: f64, [y0, y1]: [f64; 2], [z0, z1]: [f64; 2]) -> Mesh {
+    Mesh {
+        vertices: vec![
+            DVec3::new(x, y0, z0),
+            DVec3::new(x, y1, z0),
+            DVec3::new(x, y1, z1),
+            DVec3::new(x, y0, z1),
+        ],
+        triangles: vec![[0, 2, 1], [0, 3, 2]],
+    }
 }

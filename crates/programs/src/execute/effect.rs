@@ -1,7 +1,7 @@
 //! What lines that are kept verbatim do to the execution: every line shapes no metal, or is executed, or is told as a gap.
 
 use super::gap::Missing;
-use crate::program::Dialect;
+use crate::program::{Dialect, JOINTS_AT};
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
@@ -231,6 +231,11 @@ pub(super) fn leaves_beads(word: &str) -> bool {
 /// The word of a move that goes with a positioner: the path in the part is the one written where the positioner stands still.
 pub(super) fn coordinated(word: &str) -> bool {
     first_word(word) == "COORD"
+}
+
+/// The share of their speeds at which joints go in a move along a path, %, as its word says it.
+pub(super) fn joints_at(word: &str) -> Option<f64> {
+    word.strip_prefix(JOINTS_AT)?.trim().parse().ok()
 }
 
 /// Words of a move that run something else on the way.

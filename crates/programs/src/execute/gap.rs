@@ -5,16 +5,16 @@
 pub struct Gap {
     /// Program.
     pub program: String,
-    /// Instruction number, from 1.
+    /// Instruction number, or the line of the file, from 1.
     pub line: u32,
-    /// The instruction.
+    /// The instruction in the words of its dialect.
     pub text: String,
     /// Why it was not simulated.
     pub why: Missing,
 }
 
 /// Why a line that shapes metal was not simulated.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Missing {
     /// Weaving of which it is not known what it is.
     #[error("what this weaving is is not known: beads are laid as if the torch did not weave")]
@@ -23,8 +23,8 @@ pub enum Missing {
     #[error("the position {0} is known to the controller only: the move is left out")]
     Position(String),
     /// A position of a bead of which only the joints are told, or nothing.
-    #[error("P[{0}] {1}: the move is left out")]
-    JointPosition(u32, NoPose),
+    #[error("{0} {1}: the move is left out")]
+    JointPosition(String, NoPose),
     /// A word that changes where a move goes.
     #[error("the place of this move is changed by {0}: the move is left out")]
     Offset(String),
@@ -43,7 +43,7 @@ pub enum Missing {
     #[error(
         "this bead is in user frame {0} with tool frame {1}, those before it are in others: how the frames lie to each other is not known"
     )]
-    Frames(u32, u32),
+    Frames(String, String),
     /// A program that was not given.
     #[error("program {0} is called, but was not given")]
     Call(String),
@@ -74,6 +74,16 @@ pub enum Missing {
     /// A frame or a limit of the motion that is changed.
     #[error("{0} changes frames or motion of what follows")]
     Setting(String),
+    /// Joints of a bead's move may go at a small share of their speeds alone.
+    #[error(
+        "joints go at {0} % of their speeds along this bead: whether they keep its speed is not known"
+    )]
+    SlowJoints(f64),
+    /// Lines that begin as those of the arc do, and go on otherwise.
+    #[error(
+        "the lines before are those that switch the arc, and {0} is not how they go on: whether the arc burns is not known"
+    )]
+    ArcLines(String),
     /// A word of a bead's move that is not known.
     #[error("what {0} does to this bead is not known")]
     Word(String),
@@ -145,12 +155,14 @@ impl Missing {
                 "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), or what the numbers mean (arc_values)"
             }
             Missing::ArcOff | Missing::ArcLeftOn => {
-                "pair each Arc Start with one Arc End, or run the program that calls this one"
+                "pair each start of the arc with one end, or run the program that calls this one"
             }
             Missing::Speed(_) => {
                 "write the speed out, set the register in the program, or give it in the cell file (registers, [[program.schedule]])"
             }
-            Missing::Termination(_) => "write FINE or CNT with a number",
+            Missing::Termination(_) => {
+                "say how the move ends in words of its dialect: that it stops, or how far it is smoothed"
+            }
             Missing::Blend => {
                 "tell the distance of full smoothing in the cell file (program.blend), identified with [motion] on this controller"
             }
@@ -160,6 +172,12 @@ impl Missing {
             }
             Missing::Profile(_) => {
                 "say speed (depositionspeed) and wire feed (mp:wirefeed) at each profile and nothing else that shapes beads; the job's bead stands in for what is not said"
+            }
+            Missing::SlowJoints(_) => {
+                "raise vel of the movement descriptor; tmax says the speed along the path"
+            }
+            Missing::ArcLines(_) => {
+                "write the lines out as the cell file has them (arc_start, arc_end), with numbers in the places of values"
             }
             Missing::Setting(_) | Missing::Word(_) | Missing::Unknown(_) => {
                 "take the line out if it does not change the beads, or write the moves that it makes"

@@ -91,6 +91,12 @@ impl Machine<'_> {
 
     /// A line that is kept verbatim of another dialect: what decides or changes something is told as a gap.
     fn foreign(&mut self, dialect: Dialect, text: &str) {
+        match self.programs[self.at.0].arc_lines.get(&self.at.1) {
+            Some(true) => return self.gap(Missing::ArcLines(text.to_owned())),
+            // the line that goes on otherwise tells them all
+            Some(false) => return,
+            None => {}
+        }
         match effect_of(dialect, text) {
             Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
             Effect::Shapes(why) => self.gap(why),

@@ -5,7 +5,7 @@ use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
 use super::beside::{Beside, turning};
-use super::effect::{calls, coordinated, first_word, leaves_beads, moves_target};
+use super::effect::{calls, coordinated, first_word, joints_at, leaves_beads, moves_target};
 use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
     Refusal,
@@ -96,7 +96,10 @@ impl Machine<'_> {
         };
         let (pose, by_joints) = match found {
             Ok(found) => found,
-            Err(why) => return Ok(Err(Missing::JointPosition(index, why))),
+            Err(why) => {
+                let name = program.name_of(index);
+                return Ok(Err(Missing::JointPosition(name, why)));
+            }
         };
         if pose.position.abs().max_element() > FARTHEST {
             return Err(self.refuse(Refusal::Far(index)));
@@ -111,8 +114,27 @@ impl Machine<'_> {
         }))
     }
 
+    /// Tells a bead in other frames than the first one's.
+    fn look_at_frames(&mut self, frames: (u32, u32)) {
+        let now = (self.at.0, frames);
+        if self.bead_frames.as_ref().is_some_and(|(_, at)| *at == now) {
+            return;
+        }
+        let names = self.programs[now.0].frame_names(frames);
+        let (first, _) = self.bead_frames.get_or_insert_with(|| (names.clone(), now));
+        if *first != names {
+            let [frame, tool] = names;
+            self.gap(Missing::Frames(frame, tool));
+        }
+    }
+
     /// Selects the frames that a position was taught in, or refuses it where others are selected.
     fn taught_in(&mut self, index: u32, group: &Group) -> Result<(), ProgramError> {
+        let program = &self.programs[self.at.0];
+        if program.dialect.moves_name_frames() {
+            self.frames = (group.frame.or(self.frames.0), group.tool.or(self.frames.1));
+            return Ok(());
+        }
         // a controller moves to a position only in the frames it was taught in: they are selected where no line tells
         self.frames.0 = self.frames.0.or(group.frame);
         self.frames.1 = self.frames.1.or(group.tool);
@@ -136,11 +158,11 @@ impl Machine<'_> {
     }
 
     fn no_frames(&self) -> ProgramError {
-        let missing = if self.frames.0.is_none() {
-            "UFRAME_NUM"
-        } else {
-            "UTOOL_NUM"
+        let (frame, tool) = match self.programs[self.at.0].dialect {
+            Dialect::Krl => ("$BASE=BASE_DATA[n]", "$TOOL=TOOL_DATA[n]"),
+            _ => ("UFRAME_NUM", "UTOOL_NUM"),
         };
+        let missing = if self.frames.0.is_none() { frame } else { tool };
         self.refuse(Refusal::NoFrame(missing))
     }
 
@@ -294,6 +316,10 @@ impl Machine<'_> {
                 self.gap(Missing::Call(word.clone()));
             } else if coordinated(word) {
                 // told with the place of the positioner
+            } else if let Some(share) = joints_at(word) {
+                if self.arc.is_some() {
+                    self.gap(Missing::SlowJoints(share));
+                }
             } else if self.arc.is_some() && !leaves_beads(word) {
                 self.gap(Missing::Word(word.clone()));
             } else {
@@ -337,8 +363,8 @@ impl Machine<'_> {
             (_, None) => ExecutedKind::Linear,
         };
         let counts = self.arc.is_some() && !target.by_joints;
-        if counts && *self.bead_frames.get_or_insert(frames) != frames {
-            self.gap(Missing::Frames(frames.0, frames.1));
+        if counts {
+            self.look_at_frames(frames);
         }
         let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
         if motion.kind == MotionKind::CircleArc {
@@ -381,10 +407,10 @@ impl Machine<'_> {
         self.close_arcs();
         self.here = None;
         match why {
-            Some(Missing::JointPosition(index, why))
+            Some(Missing::JointPosition(name, why))
                 if motion.kind == MotionKind::Joint && motion.arc.is_none() =>
             {
-                self.note("joint-position-skipped", format!("P[{index}] {why}"));
+                self.note("joint-position-skipped", format!("{name} {why}"));
             }
             Some(why) => self.gap(why),
             // its words are told already

@@ -76,7 +76,9 @@ impl Refusal {
             }
             Refusal::Unpaired => "pair IF … THEN with ENDIF, FOR with ENDFOR, WHILE with ENDWHILE",
             Refusal::Label(_) => "correct the jump or add the label",
-            Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
+            Refusal::NoFrame(_) => {
+                "set UFRAME_NUM and UTOOL_NUM before the first move; of a KUKA $BASE and $TOOL"
+            }
             Refusal::OtherFrame { .. } => "select the frame the position was taught in",
             Refusal::Far(_) => "correct its coordinates, in mm",
             Refusal::NoPosition(_) => "export the program with its positions",
@@ -85,7 +87,7 @@ impl Refusal {
                 "use a speed that the robot has, in mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
             }
             Refusal::ArcOn | Refusal::ArcInJointMove => {
-                "pair each Arc Start with one Arc End, and travel with the arc off"
+                "pair each start of the arc with one end, and travel with the arc off"
             }
         }
     }

@@ -38,7 +38,7 @@ pub fn read(bytes: &[u8], words: Option<&InformWords>) -> Result<Vec<Parsed>, Pa
         reader.out.line = at as u32 + 1;
         if reader.section == Section::Instructions && line.eq_ignore_ascii_case("END") {
             reader.close_round();
-            return Ok(vec![reader.out.finish()]);
+            return Ok(vec![reader.out.finish(&lines)]);
         }
         at += reader.lines(lines.get(at..).unwrap_or_default()).max(1);
     }

@@ -21,6 +21,8 @@ pub(super) struct WeldData {
     pub(super) speed: f64,
     /// How the torch swings, where it does; the pattern where it is not known what that is.
     pub(super) weave: Option<Result<Weave, String>>,
+    /// How long the arc stands where it starts and where it ends, s.
+    pub(super) stands: [f64; 2],
 }
 
 /// The pattern in which the torch goes straight from side to side.
@@ -115,6 +117,8 @@ pub(super) fn seam(number: usize) -> String {
     )
 }
 
+/// Longer than any arc stands, s.
+const LONGEST: f64 = 86_400.0;
 /// Faster than any robot welds, m/s.
 const FASTEST: f64 = 100.0;
 
@@ -144,6 +148,10 @@ pub(super) fn weld_data(
         arguments: arguments.join(","),
         speed,
         weave: group("Weave").and_then(|group| weave(group, speed, amplitude)),
+        stands: [("Strike", "StartTime"), ("Crater", "CraterTime")].map(|(of, name)| {
+            let time = group(of).and_then(|g| number_of(g, name));
+            time.filter(|t| (0.0..=LONGEST).contains(t)).unwrap_or(0.0)
+        }),
     })
 }
 

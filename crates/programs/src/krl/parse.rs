@@ -52,7 +52,8 @@ pub fn read(
         application: Vec::new(),
     };
     let mut last = 0;
-    for (line, n) in trimmed(&text).zip(1..) {
+    let lines: Vec<&str> = trimmed(&text).collect();
+    for (line, n) in lines.iter().zip(1..) {
         reader.line(n, line);
         last = n;
     }
@@ -68,7 +69,8 @@ pub fn read(
             wanted: "DEF",
         });
     }
-    let mut parsed: Vec<Parsed> = reader.done.into_iter().map(Collected::finish).collect();
+    let done = reader.done.into_iter();
+    let mut parsed: Vec<Parsed> = done.map(|r| r.finish(&lines)).collect();
     if let Some(first) = parsed.first_mut() {
         first.program.application = reader.application;
         if !list.rest.is_empty() {
@@ -488,13 +490,24 @@ impl Routine {
             };
             set.map(Speed::path)
         };
-        let arc = self.arc(list);
+        let (arc, stands) = self.arc(list).unzip();
+        let stands = stands.filter(|s| *s > 0.0).map(Instruction::Wait);
         // one that nothing sets is as fast as the weld data of nobody
         let speed = speed.unwrap_or(Speed::Weld);
+        // the arc that ends stands first
+        let (arc, last) = match arc {
+            Some(word) if stands.is_some() && word.action == ArcAction::End => {
+                (None, Some(Instruction::Arc(word)))
+            }
+            arc => (arc, None),
+        };
         self.out.push(Instruction::Motion(MotionInstruction {
             arc,
             ..MotionInstruction::plain(kind, target, speed, termination)
         }));
+        for more in stands.into_iter().chain(last) {
+            self.out.push(more);
+        }
         self.swing();
         Some(())
     }
@@ -509,23 +522,32 @@ impl Routine {
         }
     }
 
-    /// What the arc does at the end of the move being read.
-    fn arc(&mut self, list: &List) -> Option<ArcWord> {
+    /// What the arc does at the end of the move being read, and how long it stands there, s.
+    fn arc(&mut self, list: &List) -> Option<(ArcWord, f64)> {
         let (form, name) = self.form.take()?;
         let before = self.weld.take();
         if form == Form::Off {
+            let stands = before.as_ref().map_or(0.0, |weld| weld.stands[1]);
             let on = before.map_or_else(String::new, |weld| weld.arguments);
-            return Some(ArcWord::new(ArcAction::End, on));
+            return Some((ArcWord::new(ArcAction::End, on), stands));
         }
         let Some(weld) = list.welds.get(&name) else {
             // the weld goes on with data that nobody gave
-            return Some(ArcWord::new(ArcAction::Start, name));
+            return Some((ArcWord::new(ArcAction::Start, name), 0.0));
         };
         self.weld = Some(weld.clone());
         if let Some(Err(pattern)) = &weld.weave {
             self.out.keep(&format!("Weave {pattern}"));
         }
         let goes_on = form == Form::Switch && before.is_some_and(|b| b.arguments == weld.arguments);
-        (!goes_on).then(|| ArcWord::new(ArcAction::Start, weld.arguments.clone()))
+        let stands = if form == Form::On {
+            weld.stands[0]
+        } else {
+            0.0
+        };
+        (!goes_on).then(|| {
+            let word = ArcWord::new(ArcAction::Start, weld.arguments.clone());
+            (word, stands)
+        })
     }
 }

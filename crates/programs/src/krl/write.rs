@@ -240,6 +240,7 @@ impl Writer<'_> {
             arguments: arguments.clone(),
             speed,
             weave: self.out.coming_weave(self.weave).map(Ok),
+            stands: [0.0; 2],
         };
         let known = self.sets.iter().position(|s| *s == set);
         let index = known.unwrap_or(self.sets.len());

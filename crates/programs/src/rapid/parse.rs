@@ -2,17 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
 use super::data::{self, Value, WeldData, Zigzag};
 use super::statements::{Statement, statements};
-use crate::collected::Collected;
+use crate::collected::{Collected, scaled};
+use crate::orientation::pose;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
     ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, MotionInstruction,
-    MotionKind, PositionRef, Section, Speed, Termination,
+    MotionKind, PositionRef, Section, Speed, TOOL, Termination, USER_FRAME,
 };
-use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
+use crate::scan::{
+    arguments, duration, finite, identifier, routine_name, strip_prefix, strip_word, tidy,
+};
 
 /// The data that a module declares.
 #[derive(Default)]
@@ -61,7 +65,9 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
             wanted: "ENDPROC",
         });
     }
-    let mut parsed: Vec<Parsed> = reader.done.into_iter().map(|r| r.out.finish()).collect();
+    let lines: Vec<&str> = text.lines().collect();
+    let done = reader.done.into_iter();
+    let mut parsed: Vec<Parsed> = done.map(|r| r.out.finish(&lines)).collect();
     let first = parsed.first_mut().ok_or_else(|| no("PROC"))?;
     if !rest.is_empty() {
         first.program.sections.push(Section {
@@ -173,12 +179,13 @@ impl Reader {
 }
 
 /// A number for a name, from 1.
-fn numbered(all: &mut Vec<String>, name: &str) -> (u32, Option<String>) {
-    if let Some(at) = all.iter().position(|n| n.eq_ignore_ascii_case(name)) {
-        return (at as u32 + 1, None);
-    }
-    all.push(name.to_owned());
-    (all.len() as u32, Some(name.to_owned()))
+fn numbered(all: &mut Vec<String>, name: &str) -> u32 {
+    let known = all.iter().position(|n| n.eq_ignore_ascii_case(name));
+    let at = known.unwrap_or_else(|| {
+        all.push(name.to_owned());
+        all.len() - 1
+    });
+    at as u32 + 1
 }
 
 /// An argument and the switches behind it, each with its backslash.
@@ -229,6 +236,40 @@ fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
     })
 }
 
+/// `Offs(p10,0,0,50)`, along the axes of the work object, or `RelTool(p10,0,0,-50)`, along those of the tool, of a target that is known
+/// by lengths that are numbers; nothing where it is none of these.
+fn displaced(text: &str, known: &Declared) -> Option<Coordinates> {
+    let (name, rest) = identifier(text);
+    let tool = name.eq_ignore_ascii_case("RelTool");
+    if !tool && !name.eq_ignore_ascii_case("Offs") {
+        return None;
+    }
+    let inner = rest.trim().strip_prefix('(')?.strip_suffix(')')?;
+    let all = arguments(inner);
+    let [target, lengths @ ..] = &all[..] else {
+        return None;
+    };
+    let lengths: Option<Vec<f64>> = lengths.iter().map(|v| finite(v)).collect();
+    let [x, y, z] = lengths?[..] else {
+        return None;
+    };
+    let listed = known.targets.get(&target.to_ascii_lowercase()).cloned();
+    let mut place = listed.or_else(|| data::target(&data::value(target)?))?;
+    if let Coordinates::Cartesian {
+        xyz, wpr_degrees, ..
+    } = &mut place
+    {
+        let at = pose(DVec3::from_array(*xyz), *wpr_degrees);
+        let mut by = DVec3::new(x, y, z);
+        if tool {
+            by = at.orientation * by;
+        }
+        *xyz = (at.position + by).to_array().map(|v| scaled(v, 1.0));
+        return Some(place);
+    }
+    None
+}
+
 impl Routine {
     fn statement(&mut self, text: &str, known: &Declared) {
         if let Some(comment) = text.strip_prefix('!') {
@@ -271,19 +312,14 @@ impl Routine {
 
     /// Frame and tool of a move, by their numbers.
     fn frames(&mut self, tool: &str, object: Option<&str>) -> (Option<u32>, Option<u32>) {
-        let (tool, new_tool) = numbered(&mut self.tools, tool);
-        let (frame, new_object) = numbered(&mut self.objects, object.unwrap_or("wobj0"));
-        let new = [("TOOL", tool, new_tool), ("WOBJ", frame, new_object)];
-        for (what, number, name) in new {
-            self.out
-                .program
-                .attributes
-                .extend(name.map(|value| Attribute {
-                    key: format!("{what} {number}"),
-                    value,
-                }));
-        }
-        (Some(frame), Some(tool))
+        let object = object.unwrap_or("wobj0");
+        let (of_tool, of_object) = (
+            numbered(&mut self.tools, tool),
+            numbered(&mut self.objects, object),
+        );
+        self.out.program.name_frame(TOOL, of_tool, tool);
+        self.out.program.name_frame(USER_FRAME, of_object, object);
+        (Some(of_object), Some(of_tool))
     }
 
     fn position(
@@ -302,6 +338,10 @@ impl Routine {
                 return self.out.place(place, frames);
             }
             return PositionRef::Unresolved(tidy(text));
+        }
+        if let Some(place) = displaced(text, known) {
+            let place = self.unmonitored(place);
+            return self.out.place(place, frames);
         }
         let found = known.targets.get(&text.to_ascii_lowercase()).cloned();
         let found = found.map(|place| self.unmonitored(place));

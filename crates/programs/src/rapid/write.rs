@@ -10,7 +10,7 @@ use super::words::RapidWords;
 use crate::collected::indexed;
 use crate::program::{
     ArcAction, Coordinates, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
-    Speed, SpeedUnit, Termination,
+    Speed, SpeedUnit, TOOL, Termination, USER_FRAME,
 };
 use crate::written::{
     BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, TextFile, UNIT, WriteError, robot_places, short,
@@ -179,8 +179,8 @@ impl Writer<'_> {
             let key = format!("{what} {}", number.unwrap_or(0));
             self.out.program.attribute(&key).unwrap_or(else_).to_owned()
         };
-        let tool = named("TOOL", tool, &self.words.tool);
-        let object = named("WOBJ", frame, &self.words.work_object);
+        let tool = named(TOOL, tool, &self.words.tool);
+        let object = named(USER_FRAME, frame, &self.words.work_object);
         let object = if object == "wobj0" {
             String::new()
         } else {

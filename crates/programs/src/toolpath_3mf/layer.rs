@@ -233,11 +233,17 @@ impl<'a> Reading<'a> {
         };
         let profile = &self.resource.profiles[segment.profile];
         let passes = &mut self.progress.passes;
-        segment.write(&mut self.layer, profile, |mut head| {
+        let of = segment.profile;
+        let none = segment.write(&mut self.layer, profile, |mut head| {
             *passes += 1;
             head.id = PassId(*passes);
             head
         })?;
+        for what in none {
+            if self.progress.told.insert(what.clone()) {
+                self.tell(of, what, false);
+            }
+        }
         Ok(())
     }
 }

@@ -120,13 +120,13 @@ impl Segment {
         Ok(other)
     }
 
-    /// Adds the passes of the segment to a layer; each gets the next identifier.
+    /// Adds the passes of the segment to a layer; each gets the next identifier. Words of arcs that its lines are none of come back.
     pub(super) fn write(
         mut self,
         layer: &mut Layer,
         profile: &SaidProfile,
         mut head: impl FnMut(PassHead) -> PassHead,
-    ) -> Result<(), Fault> {
+    ) -> Result<Vec<String>, Fault> {
         let lines = match self.form {
             Form::Hatch => self.corners.len() / 2,
             _ => self.corners.len(),
@@ -156,7 +156,7 @@ impl Segment {
                 pass.line_to(line[1].position);
                 vary(&mut pass, &line[1], profile)?;
             }
-            return Ok(());
+            return Ok(Vec::new());
         }
         if let (Form::Loop, Some(first), Some(last)) =
             (self.form, self.corners.first(), self.corners.last())
@@ -167,24 +167,38 @@ impl Segment {
         }
         let mut pass = layer.begin(begun(), self.corners[0].position);
         stand(&mut pass, &self.corners[0]);
+        let mut none = Vec::new();
         for (from, to) in spans(&self.corners) {
             let last = self.corners[to];
-            match arc(&self.corners[from..=to]) {
-                Some(via) => {
-                    pass.go(Move::Arc { via }, last.position);
-                    stand(&mut pass, &last);
-                    vary(&mut pass, &last, profile)?;
-                }
-                None => {
-                    for corner in &self.corners[from + 1..=to] {
-                        pass.line_to(corner.position);
-                        stand(&mut pass, corner);
-                        vary(&mut pass, corner, profile)?;
-                    }
-                }
+            if let Some(via) = arc(&self.corners[from..=to]) {
+                pass.go(Move::Arc { via }, last.position);
+                stand(&mut pass, &last);
+                vary(&mut pass, &last, profile)?;
+                continue;
+            }
+            none.extend(last.no_arc(to - from));
+            for corner in &self.corners[from + 1..=to] {
+                pass.line_to(corner.position);
+                stand(&mut pass, corner);
+                vary(&mut pass, corner, profile)?;
             }
         }
-        Ok(())
+        Ok(none)
+    }
+}
+
+impl Corner {
+    /// What is told of an arc that it asks for and that the `there` lines up to it are not; one line is meant as itself.
+    fn no_arc(&self, there: usize) -> Option<String> {
+        let [through, lines] = self.arc.filter(|[_, lines]| *lines > 1)?;
+        let why = if lines > there {
+            format!("only {there} lines lead there")
+        } else {
+            "they do not lie on it, or do not go on along it".to_owned()
+        };
+        Some(format!(
+            "arc=\"{through} {lines}\" says that {lines} lines stand for an arc, and {why}: they are laid as lines"
+        ))
     }
 }
 
@@ -224,7 +238,14 @@ fn take(
         Words::Ours if name == "arc" => {
             let (through, lines) = text.split_once(' ').unwrap_or((text, ""));
             let count = |text| count(name, text, 1).map(|n| n as usize);
-            said.arc = Some([count(through)?, count(lines)?]);
+            let [through, lines] = [count(through)?, count(lines)?];
+            // one line after another is what is meant by none
+            if lines > 1 && through >= lines {
+                return Err(broken(format!(
+                    "{name}=\"{text}\": the point that an arc goes through comes before its last one"
+                )));
+            }
+            said.arc = Some([through, lines]);
             Ok(None)
         }
         _ => Ok(Some(name.to_owned())),

@@ -9,8 +9,8 @@ use crate::program::{
 };
 use crate::scan::{self, called, duration, finite, first_word, routine_name, strip_prefix, tidy};
 
-/// Frame and tool of every position: script has one of each at a time.
-const FRAMES: (Option<u32>, Option<u32>) = (Some(1), Some(1));
+/// Speed of a move along a path that says none, m/s: that of the script manual.
+const USUAL_SPEED: f64 = 0.25;
 
 /// Reads the functions of a script, the last one first, which is what runs; `words` say what switches the arc.
 ///
@@ -30,6 +30,8 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
                     words,
                     depth: 0,
                     arc: None,
+                    tools: Vec::new(),
+                    tool: 1,
                 });
             }
             at += 1;
@@ -37,7 +39,7 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
         };
         reader.out.line = at as u32 + 1;
         if *line == "end" && reader.depth == 0 {
-            done.extend(open.take().map(|r| r.out.finish()));
+            done.extend(open.take().map(|r| r.out.finish(&lines)));
             at += 1;
             continue;
         }
@@ -78,6 +80,10 @@ struct Reader<'w> {
     depth: u32,
     /// The values of the arc that is on.
     arc: Option<String>,
+    /// Tools by their number, as `set_tcp` says them; the one that stands before any line says so is empty.
+    tools: Vec<String>,
+    /// The one that is on.
+    tool: u32,
 }
 
 /// The numbers of a list in brackets.
@@ -86,10 +92,28 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     scan::numbers(inner)?.try_into().ok()
 }
 
-/// A named argument, or the one at its place.
-fn option(all: &[&str], name: &str) -> Option<f64> {
-    all.iter()
-        .find_map(|a| finite(strip_prefix(a, name)?.trim_start().strip_prefix('=')?))
+/// An argument of a call.
+enum Said<'a> {
+    No,
+    Number(f64),
+    /// A variable or an expression.
+    Other(&'a str),
+}
+
+/// The argument called `name`, or the one at its place among those without a name.
+fn said<'a>(all: &[&'a str], name: &str, place: usize) -> Said<'a> {
+    let named = all
+        .iter()
+        .find_map(|a| strip_prefix(a, name)?.trim_start().strip_prefix('='));
+    let plain = |a: &&str| !a.contains('=');
+    let placed = || {
+        let before = all.get(..=place)?;
+        before.iter().all(plain).then(|| before[place])
+    };
+    match named.map(str::trim).or_else(placed) {
+        None => Said::No,
+        Some(text) => finite(text).map_or(Said::Other(text), Said::Number),
+    }
 }
 
 impl Reader<'_> {
@@ -97,7 +121,7 @@ impl Reader<'_> {
     fn arc_lines(&mut self, lines: &[&str]) -> usize {
         let Some(words) = self.words else { return 0 };
         let Some((taken, word)) = words.arc().read(lines, &mut self.arc) else {
-            return 0;
+            return self.out.broken(words.arc(), lines);
         };
         self.out.switch(word);
         taken
@@ -121,6 +145,11 @@ impl Reader<'_> {
     }
 
     fn acts(&mut self, line: &str) -> Option<()> {
+        if let Some(all) = called(line, "set_tcp") {
+            self.tool(&all.join(","));
+            // a script says no tool of its own where it is written: the line stays
+            return None;
+        }
         if let Some(all) = called(line, "sleep") {
             self.out.push(Instruction::Wait(duration(all.first()?)?));
             return Some(());
@@ -134,14 +163,24 @@ impl Reader<'_> {
                 if process {
                     return None;
                 }
+                let rest = all.get(1..)?;
+                // a time in place of a speed
+                if !matches!(said(rest, "t", 2), Said::No | Said::Number(0.0)) {
+                    return None;
+                }
+                let (speed, radius) = (self.speed(rest)?, said(rest, "r", 3));
                 let target = self.target(all.first()?);
-                return self.path(MotionKind::Linear, target, all.get(1..)?);
+                self.path(MotionKind::Linear, target, speed, &radius);
+                return Some(());
             }
         }
         if let Some(all) = called(line, "movec") {
+            let rest = all.get(2..)?;
+            let (speed, radius) = (self.speed(rest)?, said(rest, "r", 2));
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
-            return self.path(MotionKind::Circular { via }, target, all.get(2..)?);
+            self.path(MotionKind::Circular { via }, target, speed, &radius);
+            return Some(());
         }
         if line == "return" {
             self.out.push(Instruction::End);
@@ -177,24 +216,47 @@ impl Reader<'_> {
 
     fn target(&mut self, text: &str) -> PositionRef {
         match self.pose(text) {
-            Some(place) => self.out.place(place, FRAMES),
+            Some(place) => self.out.place(place, (Some(1), Some(self.tool))),
             None => PositionRef::Unresolved(tidy(text)),
         }
     }
 
-    fn path(&mut self, kind: MotionKind, target: PositionRef, rest: &[&str]) -> Option<()> {
-        // a time in place of a speed
-        if option(rest, "t").is_some_and(|t| t > 0.0) {
-            return None;
+    /// Another tool is on: the first one that a script names is that of all its moves before.
+    fn tool(&mut self, text: &str) {
+        let text = tidy(text);
+        let moved = !self.out.program.positions.is_empty();
+        if self.tools.is_empty() && moved {
+            self.tools.push(String::new());
         }
-        let speed = option(rest, "v").filter(|v| *v > 0.0);
-        let termination = match option(rest, "r") {
-            Some(r) if r > 0.0 => Termination::Blend(scaled(r, 1000.0)),
-            _ => Termination::Fine,
+        let known = self.tools.iter().position(|t| *t == text);
+        let at = known.unwrap_or_else(|| {
+            self.tools.push(text);
+            self.tools.len() - 1
+        });
+        let number = at as u32 + 1;
+        if number != self.tool {
+            self.tool = number;
+            self.out.push(Instruction::ToolFrame(number));
+        }
+    }
+
+    /// The speed of a move along a path; nothing where a bead's is none that is known.
+    fn speed(&self, rest: &[&str]) -> Option<Speed> {
+        match said(rest, "v", 1) {
+            Said::No => Some(Speed::path(scaled(USUAL_SPEED, 1000.0))),
+            Said::Number(v) if v > 0.0 => Some(Speed::path(scaled(v, 1000.0))),
+            // a travel's is told where it is used
+            Said::Number(_) | Said::Other(_) => self.arc.is_none().then_some(Speed::Weld),
+        }
+    }
+
+    fn path(&mut self, kind: MotionKind, target: PositionRef, speed: Speed, radius: &Said<'_>) {
+        let termination = match radius {
+            Said::Number(r) if *r > 0.0 => Termination::Blend(scaled(*r, 1000.0)),
+            Said::Number(_) | Said::No => Termination::Fine,
+            Said::Other(text) => Termination::Other(format!("r={text}")),
         };
-        let speed = speed.map_or(Speed::Weld, |v| Speed::path(scaled(v, 1000.0)));
         self.out.push_move(kind, target, speed, termination);
-        Some(())
     }
 
     fn joint(&mut self, all: &[&str]) -> Option<()> {
@@ -212,8 +274,11 @@ impl Reader<'_> {
         } else {
             self.pose(to)?
         };
-        let target = self.out.place(place, FRAMES);
-        let share = option(all, "v").map(|v| scaled(100.0 * v / std::f64::consts::PI, 1.0));
+        let target = self.out.place(place, (Some(1), Some(self.tool)));
+        let share = match said(all.get(1..)?, "v", 1) {
+            Said::Number(v) => Some(scaled(100.0 * v / std::f64::consts::PI, 1.0)),
+            Said::No | Said::Other(_) => None,
+        };
         // five digits of a speed make hundredths of its share
         let share = share
             .map(|s| (s * 1e2).round() / 1e2)

@@ -10,6 +10,7 @@ use quick_xml::reader::Reader;
 use super::words::Val3Words;
 use crate::collected::indexed;
 use crate::orientation::{wpr_of_xyz, xyz_of_wpr};
+use crate::parsed::decoded;
 use crate::program::{Axis, Coordinates, Termination};
 use crate::scan::finite;
 use crate::written::{fixed, short};
@@ -46,6 +47,24 @@ fn attributes(element: &BytesStart<'_>) -> Attributes {
     let read = element.attributes().flatten();
     read.map(|a| (a.key.as_ref().to_owned(), a.value.into_owned()))
         .collect()
+}
+
+/// Whether a project (`.pjx`) counts lengths in inches.
+pub fn in_inches(project: &[u8]) -> bool {
+    let text = decoded(project);
+    let mut reader = Reader::from_str(&text);
+    while let Ok(event) = reader.read_event() {
+        match &event {
+            Event::Eof => break,
+            Event::Start(e) | Event::Empty(e) if e.name().as_ref() == "Parameters" => {
+                let said = attributes(e);
+                let unit = said.get("millimeterUnit");
+                return unit.is_some_and(|u| matches!(u.trim(), "false" | "0"));
+            }
+            _ => {}
+        }
+    }
+    false
 }
 
 impl Data {

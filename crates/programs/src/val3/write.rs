@@ -18,6 +18,11 @@ use crate::written::{
 
 /// A speed along the path that limits no joint move, mm/s.
 const FREE: f64 = 99_999.0;
+/// The words of a cell are those of one part and one torch.
+const OTHER_FRAME: NoWords = (
+    "a second user frame or tool",
+    "write the moves of each as a program of its own",
+);
 /// What joint moves ask for besides.
 const JOINTS_IN_PERCENT: NoWords = ("a speed in this unit", "give it in mm/s, joint moves in %");
 const XML: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
@@ -31,11 +36,17 @@ pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, Writ
         out: Lines::new(program, "  ")?,
         words,
         places: robot_places(program, |g| g.coordinates.clone()),
+        frames: robot_places(program, |g| (g.frame, g.tool)),
+        first: (None, None),
         data: Written::default(),
         queued: false,
+        calls: false,
     };
     for (at, instruction) in program.instructions.iter().enumerate() {
         writer.out.at = at;
+        let mut rest = program.instructions.iter().skip(at + 1);
+        let next = rest.find(|i| !matches!(i, Instruction::Comment { .. }));
+        writer.calls = matches!(next, Some(Instruction::Call { .. }));
         writer.instruction(instruction)?;
     }
     let name = program.name.as_str();
@@ -82,9 +93,14 @@ struct Writer<'a> {
     out: Lines<'a>,
     words: &'a Val3Words,
     places: BTreeMap<u32, Coordinates>,
+    /// User frame and tool of each position, and the first ones.
+    frames: BTreeMap<u32, (Option<u32>, Option<u32>)>,
+    first: (Option<u32>, Option<u32>),
     data: Written,
     /// Moves were told that may not have ended.
     queued: bool,
+    /// A program is called next.
+    calls: bool,
 }
 
 impl Writer<'_> {
@@ -122,10 +138,20 @@ impl Writer<'_> {
             }
             // points and moves name theirs
             Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => Ok(()),
-            Instruction::Call { program, .. } => self.line(&format!("call {program}()")),
+            Instruction::Call { program, .. } => {
+                // its outputs act at once, and moves of its own may be left behind it
+                self.stop()?;
+                self.queued = true;
+                self.line(&format!("call {program}()"))
+            }
             Instruction::Comment { text, .. } => self.line(&format!("//{text}")),
             Instruction::End => self.line("return"),
-            Instruction::Raw(text) => self.line(text),
+            Instruction::Raw(text) => {
+                if text.starts_with("wait(") {
+                    self.stop()?;
+                }
+                self.line(text)
+            }
             Instruction::Weave(_) => Err(self.out.no_words(WEAVE)),
             Instruction::Label { .. } | Instruction::Jump(_) => Err(self.out.no_words(JUMP)),
         }
@@ -140,10 +166,19 @@ impl Writer<'_> {
     }
 
     fn name(&mut self, reference: &PositionRef) -> Result<String, WriteError> {
-        let found = match reference {
-            PositionRef::Point { index, .. } => self.places.get(index),
+        let index = match reference {
+            PositionRef::Point { index, .. } => Some(index),
             PositionRef::Unresolved(_) => None,
         };
+        if let Some((frame, tool)) = index.and_then(|i| self.frames.get(i)) {
+            let first = (self.first.0.or(*frame), self.first.1.or(*tool));
+            self.first = first;
+            let other = |own: &Option<u32>, first| own.is_some() && *own != first;
+            if other(frame, first.0) || other(tool, first.1) {
+                return Err(self.out.no_words(OTHER_FRAME));
+            }
+        }
+        let found = index.and_then(|i| self.places.get(i));
         let name = found.and_then(|place| self.data.place(place));
         name.ok_or_else(|| self.out.no_words(NO_PLACE))
     }
@@ -160,10 +195,11 @@ impl Writer<'_> {
             (None, Some(speed)) => (100.0, speed),
             (None, None) => return Err(self.out.no_words(JOINTS_IN_PERCENT)),
         };
-        // what switches the arc stops the arm
-        let termination = match &motion.arc {
-            Some(_) => Termination::Fine,
-            None => motion.termination.clone(),
+        // what switches the arc stops the arm, and so does a call
+        let termination = if motion.arc.is_some() || self.calls {
+            Termination::Fine
+        } else {
+            motion.termination.clone()
         };
         let how = Descriptor {
             share,

@@ -348,7 +348,7 @@ fn lines_that_shape_metal_and_are_not_simulated_are_told() {
         ),
         (
             "L P[4] 10mm/sec FINE",
-            Missing::JointPosition(4, NoPose::NoRobot),
+            Missing::JointPosition("P[4]".to_owned(), NoPose::NoRobot),
         ),
         ("L P[2] R[3]mm/sec FINE", Missing::Speed("R[3]".into())),
         (
@@ -402,7 +402,10 @@ fn beads_of_two_frames_are_told() {
     let program = parsed(&format!("{text}{}/END\n", positions.concat())).program;
     let found = execute(&[program]).unwrap().gaps;
     let found: Vec<_> = found.into_iter().map(|g| (g.line, g.why)).collect();
-    assert_eq!(found, [(8, Missing::Frames(2, 1))]);
+    assert_eq!(
+        found,
+        [(8, Missing::Frames("2".to_owned(), "1".to_owned()))]
+    );
 }
 
 /// Beside a positioner that stands still a coordinated bead is the one written.

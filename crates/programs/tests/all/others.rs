@@ -184,6 +184,94 @@ fn a_script_of_another_is_read() {
     );
 }
 
+/// Arguments of a script's moves stand at their places or by their names. One that is a variable is told where metal is laid with it,
+/// and another tool than that of the beads before.
+#[test]
+fn arguments_of_a_script_count_by_their_places() {
+    let mut cell = cell(&[100.0]);
+    let words = cell.script.value.as_mut().unwrap();
+    words.arc_start.value = vec!["arc(True)".to_owned()];
+    words.arc_end.value = vec!["arc(False)".to_owned()];
+    let script = "def wall():
+  set_tcp(p[0,0,0.3,0,0,0])
+  movel(p[0, 0, 0, 0, 3.14159265, 0], 1.2, 0.1)
+  arc(True)
+  movel(p[0.1, 0, 0, 0, 3.14159265, 0], 1.2, 0.05)
+  movec(p[0.15, 0.05, 0, 0, 3.14159265, 0], p[0.2, 0, 0, 0, 3.14159265, 0], 1.2, 0.02)
+  movel(p[0.3, 0, 0, 0, 3.14159265, 0])
+  movel(p[0.4, 0, 0, 0, 3.14159265, 0], a=1.2, v=slow)
+  movel(p[0.5, 0, 0, 0, 3.14159265, 0], 1.2, 0.05, 4)
+  arc(False)
+  movel(p[0.5, 0, 0.1, 0, 3.14159265, 0], v=quick)
+  set_tcp(p[0,0,0.35,0,0,0])
+  movel(p[0.5, 0, 0, 0, 3.14159265, 0], 1.2, 0.1)
+  arc(True)
+  movel(p[0.6, 0, 0, 0, 3.14159265, 0], 1.2, 0.05)
+  arc(False)
+end
+";
+    let programs = programs(Dialect::UrScript, script, None, &cell);
+    let read = executed(&programs, &cell);
+    let moves = motions(&read);
+    let burning: Vec<_> = moves.iter().filter(|m| m.burns).collect();
+    let speeds: Vec<_> = burning.iter().map(|m| m.speed).collect();
+    // the script manual's 0.25 m/s where none is said
+    let known = [50.0, 20.0, 250.0, 50.0].map(Some);
+    assert_eq!(speeds, known);
+    let gaps = &read.gaps;
+    for (line, told) in [
+        (8, "is not an instruction that is known"),
+        (9, "is not an instruction that is known"),
+        (15, "with tool frame 2"),
+    ] {
+        let gap = gaps.iter().find(|g| g.line == line);
+        let why = gap.map(|g| g.why.to_string()).unwrap_or_default();
+        assert!(why.contains(told), "{line}: {gaps:?}");
+    }
+}
+
+/// Targets that are displaced by numbers are known; by what is computed they are not.
+#[test]
+fn targets_beside_others_are_known() {
+    let cell = cell(&[100.0]);
+    let module = "MODULE Wall
+  TASK PERS welddata wd1:=[12.5,0,[5,8,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];
+  CONST robtarget p10:=[[10,20,30],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveJ Offs(p10,0,0,50),v500,z10,tTorch;
+    ArcLStart Offs(p10, 1, -2, 3),v100,sm1,wd1,fine,tTorch;
+    ArcLEnd RelTool(p10,100,0,-5),v100,sm1,wd1,fine,tTorch;
+    MoveL Offs(p10,0,0,h),v500,z10,tTorch;
+  ENDPROC
+ENDMODULE
+";
+    let programs = programs(Dialect::Rapid, module, None, &cell);
+    let read = executed(&programs, &cell);
+    let moves = motions(&read);
+    let to: Vec<_> = moves.iter().map(|m| m.to.to_array()).collect();
+    // the tool is turned by 180 degrees about y: its x and z point back
+    let wanted = [[11.0, 18.0, 33.0], [-90.0, 20.0, 35.0]];
+    for (to, wanted) in to.iter().zip(wanted) {
+        let apart = to.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-6, "{to:?} {wanted:?}");
+    }
+    assert_eq!(moves.len(), 2);
+    let gap = read.gaps.last().unwrap();
+    assert!(gap.why.to_string().contains("Offs(p10,0,0,h)"), "{gap:?}");
+}
+
+/// What is missing is called as its controller calls it.
+#[test]
+fn a_kuka_program_without_a_base_is_told_so() {
+    let cell = cell(&[100.0]);
+    let text = "DEF WALL( )\n$VEL.CP=0.1\nLIN {X 0,Y 0,Z 0,A 0,B 0,C 180}\nEND\n";
+    let programs = programs(Dialect::Krl, text, None, &cell);
+    let settings = cell.execution(10.0);
+    let error = read_toolpath(&programs, &settings, 1000.0, &Reporter::new()).unwrap_err();
+    let told = error.to_string();
+    assert!(told.contains("any $BASE=BASE_DATA[n]"), "{told}");
+}
+
 #[test]
 fn a_yaskawa_job_of_another_is_read() {
     let cell = cell(&[100.0, 120.0]);
@@ -221,6 +309,69 @@ fn a_yaskawa_job_of_another_is_read() {
     };
     let wanted = [line("MOVC C00005"), line("SFTON"), line("CALL")];
     assert_eq!([circle, shift, call], wanted);
+    // as the job writes it, not in words of another controller
+    let quoted = &reading.gaps[0].text;
+    assert!(quoted.starts_with("MOVC C00005"), "{quoted}");
+    assert!(JOB.lines().any(|l| l.trim() == quoted), "{quoted}");
+}
+
+/// A move whose joints go at a hundredth of their speeds may not keep the speed of its bead: it is told, in the project's own words.
+#[test]
+fn slow_joints_of_a_staubli_bead_are_told() {
+    let cell = cell(&[100.0, 120.0]);
+    let gaps = |vel: &str| {
+        let data = DTX.replace(
+            "key=\"0\" tmax=\"8\"",
+            &format!("key=\"0\" vel=\"{vel}\" tmax=\"8\""),
+        );
+        assert_ne!(data, DTX);
+        let program = programs(Dialect::Val3, PGX, Some(&data), &cell).remove(0);
+        executed(std::slice::from_ref(&program), &cell).gaps
+    };
+    let told = &gaps("1")[0];
+    assert_eq!(told.why, Missing::SlowJoints(1.0));
+    let line = "movel(pWall[1],tGun,mLay[0])";
+    assert_eq!((told.line, told.text.as_str()), (line_of(PGX, line), line));
+    let slow = |g: &Gap| matches!(g.why, Missing::SlowJoints(_));
+    assert!(!gaps("20").iter().any(slow));
+}
+
+/// Lines that begin as the arc's do are one with the line that goes on otherwise: that one is told, not the ones before it.
+#[test]
+fn lines_of_an_arc_that_go_on_otherwise_are_told_where_they_do() {
+    let cell = cell(&[100.0, 120.0]);
+    for (from, to) in [
+        ("  doArc=true\n", "  doArc=bBurn\n"),
+        ("aioSet(aoWire,7.2)", "aioSet(aoWire,nFeed)"),
+    ] {
+        let text = PGX.replacen(from, to, 1);
+        assert_ne!(text, PGX);
+        let program = programs(Dialect::Val3, &text, Some(DTX), &cell).remove(0);
+        let reading = executed(std::slice::from_ref(&program), &cell);
+        let first = &reading.gaps[0];
+        let line = to.trim();
+        assert_eq!(
+            (first.line, first.text.as_str()),
+            (line_of(&text, line), line)
+        );
+        assert_eq!(first.why, Missing::ArcLines(line.to_owned()));
+        assert!(
+            reading.gaps.iter().all(|g| g.text != "nJob=2"),
+            "{:?}",
+            reading.gaps
+        );
+        // what is kept is written as it was
+        let files = dialect::write(&program, &cell).unwrap();
+        let lines: Vec<&str> = files
+            .iter()
+            .flat_map(|f| f.text.lines())
+            .map(str::trim)
+            .collect();
+        assert!(
+            lines.contains(&line) && lines.contains(&"nJob=2"),
+            "{lines:?}"
+        );
+    }
 }
 
 #[test]
@@ -300,4 +451,57 @@ fn texts_that_are_no_programs_are_refused() {
         let cut = dialect::read(dialect, text.as_bytes(), None, &cell);
         assert!(matches!(cut, Err(ParseError::Unended { .. })), "{cut:?}");
     }
+}
+
+/// Each move names its tool where a controller has it so: a probe's travel hinders no bead, beads of two tools do not lie where their
+/// numbers say.
+#[test]
+fn moves_with_another_tool_are_told_where_they_lay_metal() {
+    let cell = cell(&[100.0, 120.0]);
+    let frames = |dialect, text: &str, data| {
+        let programs = programs(dialect, text, data, &cell);
+        let gaps = executed(&programs, &cell).gaps.into_iter();
+        let told = gaps.filter_map(|g| match g.why {
+            Missing::Frames(frame, tool) => Some((frame, tool)),
+            _ => None,
+        });
+        (programs, told.collect::<Vec<_>>())
+    };
+    let probe = MODULE.replacen("v200,z10,tGun", "v200,z10,tProbe", 1);
+    let (programs, told) = frames(Dialect::Rapid, &probe, None);
+    assert_eq!(told, []);
+    let written = dialect::write(&programs[1], &cell).unwrap();
+    assert!(written[0].text.contains("tGun\\WObj:=wTable") && !written[0].text.contains("tProbe"));
+    let two = MODULE.replacen("wd2,fine,tGun", "wd2,fine,tOther", 1);
+    let (_, told) = frames(Dialect::Rapid, &two, None);
+    assert_eq!(told, [("wtable".to_owned(), "tother".to_owned())]);
+
+    let probe = PGX.replacen("jHome[0],tGun", "jHome[0],tProbe", 1);
+    assert_eq!(frames(Dialect::Val3, &probe, Some(DTX)).1, []);
+    let two = PGX.replacen("pWall[3],tGun", "pWall[3],tOther", 1);
+    let (programs, told) = frames(Dialect::Val3, &two, Some(DTX));
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!(told[0].1, "tother");
+    let refused = dialect::write(&programs[0], &cell).unwrap_err();
+    assert!(refused.to_string().contains("a second user frame or tool"));
+}
+
+/// An arc that stands at a bead's ends lays metal there.
+#[test]
+fn an_arc_that_stands_is_simulated() {
+    let cell = cell(&[100.0]);
+    let stands = SEAM_DAT
+        .replace("StartTime 0.0", "StartTime 0.5")
+        .replace("={Weld {", "={Crater {CraterTime 0.75},Weld {");
+    let waits = |data: &str| -> Vec<f64> {
+        let programs = programs(Dialect::Krl, SEAM_SRC, Some(data), &cell);
+        let all = programs[0].instructions.iter();
+        let waits = all.filter_map(|i| match i {
+            meltpath_programs::program::Instruction::Wait(seconds) => Some(*seconds),
+            _ => None,
+        });
+        waits.collect()
+    };
+    assert_eq!(waits(SEAM_DAT), [0.0; 0]);
+    assert_eq!(waits(&stands), [0.5, 0.75]);
 }

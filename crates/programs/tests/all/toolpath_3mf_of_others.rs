@@ -98,6 +98,46 @@ fn other_software_is_followed_and_told() {
     assert_eq!(layer.pass(0).value(Channel::Speed, 0), Some(5.0));
 }
 
+/// Lines that an `arc` counts and that are none are laid as lines, and told: more than there are, and some that lie beside the arc.
+#[test]
+fn arcs_that_lines_are_none_of_are_told() {
+    let said = |at: &str, word: &str| {
+        let point =
+            |x: i32, y: i32, more: &str| format!(r#"<point3d x="{x}" y="{y}" z="0"{more}/>"#);
+        let end = format!(r#" mp:arc="{word}""#);
+        let points = [
+            point(0, 0, ""),
+            point(29, 71, ""),
+            point(100, 100, ""),
+            at.to_owned(),
+            point(200, 0, &end),
+        ];
+        let segment = format!(
+            r#"<segment xmlns:mp="https://github.com/meltpath/meltpath/3mf/1" type="polyline3d" profileid="9" partid="5">{}</segment>"#,
+            points.concat()
+        );
+        let wire = r#"xmlns:mp="https://github.com/meltpath/meltpath/3mf/1" mp:wirefeed="100" depositionspeed="8">"#;
+        let read = read("3axis", wire, &segment).unwrap();
+        let whats: Vec<String> = read.found.into_iter().map(|f| f.what).collect();
+        (read.toolpath.layers[0].pass(0).points.len(), whats)
+    };
+    let on = r#"<point3d x="171" y="71" z="0"/>"#;
+    let (points, told) = said(on, "2 9999");
+    assert_eq!(points, 5);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(
+        told[0].contains("arc=\"2 9999\"") && told[0].contains("only 4 lines lead there"),
+        "{told:?}"
+    );
+    let (points, told) = said(r#"<point3d x="171" y="40" z="0"/>"#, "2 4");
+    assert_eq!(points, 5);
+    assert!(told[0].contains("do not lie on it"), "{told:?}");
+    for (at, word) in [(on, "1 1"), (on, "2 4")] {
+        let (_, told) = said(at, word);
+        assert!(word == "2 4" || told.is_empty(), "{told:?}");
+    }
+}
+
 /// What a profile says in most of these.
 const SAYS: &str = r#"depositionspeed="8">"#;
 

@@ -9,8 +9,8 @@ use super::file::{
     ArmKind, ArmTable, AxisTable, CellFile, Direction, ElbowShows, JointsTable, PositionerTable,
     ShapesTable, TrackTable,
 };
-use super::frame;
 use super::layout::{Arrangement, Cell, SHAPES, Shapes, Source, Table};
+use super::{frame, sound};
 use crate::kinematics::{
     Arm, Chain, Geometry, Joint, JointKind, Limits, OffsetWrist, OrthoParallel,
 };
@@ -109,6 +109,8 @@ fn arm(
     problems: &mut Vec<Problem>,
 ) -> Option<Arm> {
     let limits = limits(joints, problems);
+    problems.extend(sound::turns(joints, &limits));
+    problems.extend(sound::lengths(table));
     let signs = joints.directions.map(|d| d.map(sign));
     if table.kind.value != ArmKind::SphericalWrist {
         let help = "leave it out: the axes have their own directions";
@@ -229,21 +231,13 @@ fn needed<const N: usize>(
     Some(lengths.map(optional))
 }
 
-/// The limits of six joints; those that are swapped are told.
+/// The limits of six joints; those that are swapped or equal are told.
 fn limits(joints: &JointsTable, problems: &mut Vec<Problem>) -> [Limits; 6] {
     std::array::from_fn(|i| {
         let (low, high) = (joints.low[i], joints.high[i]);
-        if low.0 >= high.0 {
-            let message = format!(
-                "joint {} goes from {low} to {high}: the limits are swapped",
-                i + 1
-            );
-            problems.push(
-                joints
-                    .low
-                    .problem(message)
-                    .help("write the lesser one in low"),
-            );
+        if let Some(wrong) = sound::order(low.0, high.0) {
+            let of = format!("joint {}", i + 1);
+            problems.push(sound::told(&joints.low, &of, (low, high), wrong));
         }
         Limits {
             low: low.0,
@@ -325,17 +319,9 @@ fn track(
         );
         return None;
     };
-    if table.low.0 >= table.high.0 {
-        let message = format!(
-            "{} goes from {} to {}: the limits are swapped",
-            setting.name, *table.low, *table.high
-        );
-        problems.push(
-            table
-                .low
-                .problem(message)
-                .help("write the lesser one in low"),
-        );
+    if let Some(wrong) = sound::order(table.low.0, table.high.0) {
+        let ends = (*table.low, *table.high);
+        problems.push(sound::told(&table.low, &setting.name, ends, wrong));
     }
     let joint = Joint {
         name: "track".to_owned(),
@@ -382,14 +368,12 @@ fn positioner(
             acceleration: table.acceleration.as_ref().map(|a| a[i].0),
         })
         .collect();
-    if limits.iter().any(|l| l.low >= l.high) {
-        let message = format!("{}: limits are swapped", setting.name);
-        problems.push(
-            table
-                .low
-                .problem(message)
-                .help("write the lesser ones in low"),
-        );
+    for (i, l) in limits.iter().enumerate() {
+        if let Some(wrong) = sound::order(l.low, l.high) {
+            let of = format!("axis {} of {}", i + 1, setting.name);
+            let ends = (table.low[i], table.high[i]);
+            problems.push(sound::told(&table.low, &of, ends, wrong));
+        }
     }
     let joints = joints("P", &table.axes, &table.axes.name, &limits, problems)?;
     Some(Chain {

@@ -13,7 +13,7 @@ use meltpath_robot::interpolation::fir::simulate;
 use meltpath_robot::posture::{Axes, Rotation, Task, Why, changes, hold};
 use meltpath_robot::travel::least_time;
 use meltpath_robot::{Command, Controller, Smoothing, Source};
-use meltpath_toolpath::MotionBlock;
+use meltpath_toolpath::{MotionBlock, Weave, WeaveShape};
 
 static ANY: BTreeMap<Option<u32>, Stance> = BTreeMap::new();
 
@@ -77,6 +77,35 @@ fn driven(cell: &Cell, (start, commands): &(Pose, Vec<Command>)) -> Driven {
     let task = task(cell, *start, commands);
     let held = hold(&task, &Silent).unwrap();
     drive(&task, &held, &[], &controller(), (&[], &[]), &Silent).unwrap()
+}
+
+/// A weave turns round corners as the motion does: what the joints do there is a few times what the swing asks for on straight lines, and no
+/// jump of the tip from one side to the other.
+#[test]
+fn a_weave_asks_for_no_jump_at_corners() {
+    let cell = arcmate();
+    let weave = Weave {
+        shape: WeaveShape::Sine,
+        frequency: 2.0,
+        amplitude: 2.0,
+        dwell: [0.0; 2],
+    };
+    let at = DVec3::new(-100.0, 150.0, 0.0);
+    let (start, commands) = square(at, 10.0);
+    let of = |commands: &[Command]| {
+        let task = task(&cell, start, commands);
+        let held = hold(&task, &Silent).unwrap();
+        let on = vec![1; commands.len()];
+        let weaves = (std::slice::from_ref(&weave), &on[..]);
+        let found = drive(&task, &held, &[], &controller(), weaves, &Silent).unwrap();
+        assert!(found.lost.is_none(), "{:?}", found.lost);
+        (found.acceleration.unwrap().most.value, found.beyond)
+    };
+    let straight = of(&commands[..1]);
+    let corners = of(&commands);
+    println!("{straight:?} {corners:?}");
+    assert!(corners.0 < 4.0 * straight.0, "{corners:?} {straight:?}");
+    assert!(corners.0 < 0.5 && corners.1 == 0.0, "{corners:?}");
 }
 
 /// What is bounded between samples 4 ms apart is no less than what samples a sixteenth as far apart show, and little more.

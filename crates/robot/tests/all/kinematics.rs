@@ -310,6 +310,44 @@ fn a_table_without_sides_or_of_no_depth_is_refused() {
     assert!(alone.contains("not how large the table is"), "{alone}");
 }
 
+/// A slip of the unit makes an arm that none has: the link and the joint are named, with what may be meant.
+#[test]
+fn lengths_and_limits_that_no_arm_has_are_refused() {
+    let text = find(robots::ALL, "kuka-kr16-r2010-2").unwrap().text;
+    let key = |name: &str| {
+        let line = text.lines().find(|l| l.starts_with(&format!("{name} =")));
+        line.unwrap().to_owned()
+    };
+    let refused = |from: &str, to: &str| {
+        assert!(text.contains(from));
+        let problems = cell::read(&text.replacen(from, to, 1)).unwrap_err();
+        assert_eq!(problems.0.len(), 1, "{problems:?}");
+        assert!(problems.0[0].span.is_some());
+        format!("{} {:?}", problems.0[0], problems.0[0].help)
+    };
+    let told = |from: String, to: &str, words: &[&str]| {
+        let told = refused(&from, to);
+        assert!(words.iter().all(|w| told.contains(w)), "{told}");
+    };
+    let link = ["upper_arm", "575 m", "longer than 10 m", "\\\"575 mm\\\""];
+    told(key("upper_arm"), "upper_arm = \"575 m\"", &link);
+    let joints = key("high");
+    let first = joints.split('"').nth(1).unwrap();
+    let of = |limit: &str| joints.replacen(first, limit, 1);
+    let turns = ["joint 1", "27.1 turns", "\\\"170 deg\\\""];
+    told(joints.clone(), &of("170 rad"), &turns);
+    let low = key("low").split('"').nth(1).unwrap().to_owned();
+    told(joints.clone(), &of(&low), &["joint 1", "are equal"]);
+    told(
+        joints.clone(),
+        &of("-300 deg"),
+        &["are swapped", "lesser one in low"],
+    );
+    // five turns to a side are those of a last axis
+    let wide = text.replacen(&joints, &of("1800 deg"), 1);
+    assert!(cell::read(&wide).is_ok());
+}
+
 /// A search from many starts finds nothing that the closed form lacks.
 fn search_finds_nothing_else(poses: u32) {
     let mut random = Random::new(2);

@@ -14,6 +14,9 @@ use meltpath_base::settings::{
 };
 use meltpath_base::{Angle, Length, Pure, Time, choice, table};
 
+/// Largest radius of a waist that melts metal, mm: a beam of several millimetres leaves the lens.
+const WIDEST: f64 = 2.0;
+
 table! {
     /// A scan head: its mirrors, its optics, its axes, and the plate on which recipes are compared.
     pub struct HeadFile {
@@ -122,7 +125,7 @@ table! {
     /// The beam.
     pub struct BeamTable {
         /// Radius of the waist.
-        waist: Sourced<Length> where positive => required;
+        waist: Sourced<Length> where up_to(WIDEST) => required;
         /// Wavelength.
         wavelength: Sourced<Length> where positive => required;
         /// Beam quality M².

@@ -17,6 +17,9 @@ const CONTOUR_BIN: f64 = 5e-4;
 /// Width of a bin of angle errors, deg.
 const ANGLE_BIN: f64 = 1e-4;
 
+/// In a millimetre.
+const NANOMETRES: f64 = 1e6;
+
 /// A vector under consideration: where it starts and ends, and the last sample at which it is commanded.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -36,6 +39,10 @@ pub struct PathErrors {
     window: u64,
     /// Contour errors of lit points on contours, mm.
     pub contour: Histogram,
+    /// The same by the way that the spot goes between points, one a nanometre: where it stands, lit, at a corner, no more counts.
+    pub contour_way: Histogram,
+    /// Where the spot was at the last point, if it was lit, mm.
+    last: Option<DVec2>,
     /// Contour errors of lit points on fills, mm.
     pub fill: Histogram,
     /// |set-point − angle| of X, Y, Z while marks are commanded, deg.
@@ -57,6 +64,8 @@ impl PathErrors {
             near: VecDeque::new(),
             window: (window / period).ceil() as u64,
             contour: Histogram::new(CONTOUR_BIN, 2_000),
+            contour_way: Histogram::new(CONTOUR_BIN, 2_000),
+            last: None,
             fill: Histogram::new(CONTOUR_BIN, 2_000),
             tracking: angles(),
             tracking_jumps: angles(),
@@ -113,9 +122,11 @@ impl HeadSink for PathErrors {
                 }
             }
             if block.lit[k] < 0.5 {
+                self.last = None;
                 continue;
             }
             let p = block.hit[k];
+            let way = self.last.replace(p).map_or(0.0, |last| last.distance(p));
             let closest = self
                 .near
                 .iter()
@@ -124,11 +135,12 @@ impl HeadSink for PathErrors {
                 .min_by(|x, y| x.0.total_cmp(&y.0));
             if let Some((error, kind)) = closest {
                 if kind == Role::Contour {
-                    &mut self.contour
+                    self.contour.add(error);
+                    self.contour_way
+                        .add_many(error, (NANOMETRES * way).round() as u64);
                 } else {
-                    &mut self.fill
+                    self.fill.add(error);
                 }
-                .add(error);
                 if error > self.worst_error {
                     self.worst_error = error;
                     self.worst = p;

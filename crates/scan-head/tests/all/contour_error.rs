@@ -66,3 +66,43 @@ fn lpbf_ac37_contour_error() {
         assert!((e - 0.02).abs() < 1e-6, "{e}");
     }
 }
+
+/// A corner cut by 0.2 mm, the spot standing lit at its end: most points are on the contour, a fifth of the way is not.
+#[test]
+fn a_spot_that_stands_makes_no_contour_better() {
+    let contour = |end: DVec2| Vector {
+        kind: Role::Contour,
+        end: end.extend(0.0),
+        speed: 1000.0,
+        power: 200.0,
+        wait: 0.0,
+        block: 0,
+    };
+    let job = ScanJob {
+        start: DVec2::ZERO.extend(0.0),
+        vectors: vec![contour(DVec2::new(10.0, 0.0))],
+    };
+    let aside = |k: u32| if k < 200 { 0.2 } else { 0.0 };
+    let mut hits: Vec<DVec2> = (0..1000)
+        .map(|k| DVec2::new(0.01 * f64::from(k), aside(k)))
+        .collect();
+    hits.extend(vec![DVec2::new(9.99, 0.0); 9000]);
+    let n = hits.len();
+    let mut errors = PathErrors::new(1.0, 1e-5);
+    errors.block(&HeadBlock {
+        period: 1e-5,
+        command: CommandBlock {
+            first: 0,
+            position: hits.iter().map(|p| p.extend(0.0)).collect(),
+            vector: vec![0; n],
+            moving: vec![true; n],
+        },
+        layers: vec![Arc::new(Prepared::of(job))],
+        lit: vec![1.0; n],
+        focus: vec![0.0; n],
+        hit: hits,
+        ..HeadBlock::default()
+    });
+    assert!((errors.contour.share_below(0.03) - 0.98).abs() < 1e-9);
+    assert!((errors.contour_way.share_below(0.03) - 0.8).abs() < 0.01);
+}

@@ -64,4 +64,26 @@ fn a_candidate_is_judged_as_a_run_with_its_delays() {
         (sample_count(alone(&job), period).unwrap() - 1) as f64 * period,
         1e-12,
     );
+    // of a head that its data sheet alone tells, strays count as they do for the judge
+    let share = |left_out: Option<f64>| {
+        let mut head = data.head.clone();
+        head.left_out = left_out.map(Some);
+        let problem = Problem {
+            head: &head,
+            ..problem
+        };
+        let bounds = Bounds {
+            contour_speed: [recipe.contour_speed; 2],
+            fill_speed: [recipe.fill_speed; 2],
+            contour_error: 0.03,
+            ..bounds.clone()
+        };
+        search(&problem, &bounds, &Silent)
+            .unwrap()
+            .start
+            .contour_share
+    };
+    let (known, straying) = (share(None), share(Some(0.03)));
+    // a normal law of one deviation leaves no more than 68.3 % within it
+    assert!(straying < known && straying < 0.69, "{known} {straying}");
 }

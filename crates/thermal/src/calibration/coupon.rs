@@ -5,6 +5,7 @@
 
 use meltpath_base::{Observer, Quiet};
 use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
 
 use crate::beam::{BeamError, BeamPath, BeamPoint};
 use crate::charts::build::{BuildError, compute};
@@ -165,6 +166,17 @@ impl Coupon {
         observer: &dyn Observer,
     ) -> Result<f64, CouponError> {
         let sets = charts.of(bench, &self.beams(), guess, observer)?;
+        self.drawn(bench, guess, sets, observer)
+    }
+
+    /// Its size as built with charts of its beams.
+    fn drawn(
+        &self,
+        bench: &Bench<'_>,
+        guess: BeamGuess,
+        sets: Vec<ChartSet>,
+        observer: &dyn Observer,
+    ) -> Result<f64, CouponError> {
         let (paths, extent) = self.paths(guess)?;
         let half = extent + MARGIN;
         let reach = sets.iter().map(|s| s.settings.reach).fold(0.0, f64::max);
@@ -208,6 +220,25 @@ impl Coupon {
             }
         })
     }
+}
+
+/// The size of each of `coupons` as built, drawn side by side.
+///
+/// # Errors
+/// [`CouponError`].
+pub fn sizes(
+    coupons: &[&Coupon],
+    bench: &Bench<'_>,
+    guess: BeamGuess,
+    charts: &mut Charts,
+    observer: &dyn Observer,
+) -> Result<Vec<f64>, CouponError> {
+    let with = |coupon: &&Coupon| charts.of(bench, &coupon.beams(), guess, observer);
+    let sets = coupons.iter().map(with).collect::<Result<Vec<_>, _>>()?;
+    let drawn = coupons.par_iter().zip(sets);
+    drawn
+        .map(|(coupon, sets)| coupon.drawn(bench, guess, sets, observer))
+        .collect()
 }
 
 /// Direction of a wall: three voxels along x for one along y.

@@ -1,19 +1,29 @@
 //! Tiles become finer and coarser, and fall asleep. Heat is kept exactly, what stays of the layer is told by the record.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use super::matter::lifted;
-use super::tile::{Look, N, PLANE, SIDES, Shown, Tile};
+use super::tile::{Half, Look, N, PLANE, SIDES, Shown, Tile};
 use super::tree::{Tree, parts};
 use super::{COLD, Levels, NOWHERE};
 use crate::solver::source::Spot;
 
-/// Tiles that bend less than this share of what divides them may become one with their neighbours.
-const EASE: f32 = 0.125;
+/// Tiles that bend less than this share of what divides them may become one with their neighbours: cells twice as large bend four
+/// times as much.
+const EASE: f32 = 0.25;
+/// That share where metal that may melt is as hot as it ever was: these cells tell how far it does. With [`EASE`] there, cells at the
+/// end of a path, where a pool spreads once the beam is off, were a fifth of the rise off (docs/theory/heat.md).
+const EASE_RISING: f32 = 0.125;
+/// What may melt: above this share of the enthalpy from the start to the solidus.
+const RISING: f32 = 0.75;
 /// Cells on which the beam is drawn away from what is looked at, mm: a third of a usual spot, so that its heat is laid where it falls.
 const ELSEWHERE: f64 = 0.13;
 /// How near a beam the finest cells must lie, in its diameters: its intensity has fallen to 4 % there.
 const NEAR: f64 = 0.65;
+
+/// By how much the beam may heat a tile that takes long steps until the tiles are looked at again, K.
+const HIT: f64 = 50.0;
 
 /// Tiles by level and place.
 type Pool = Vec<BTreeMap<[usize; 2], (Tile, Shown)>>;
@@ -62,20 +72,24 @@ impl Levels {
             formulas: &self.formulas,
             tile: &mut *tile,
             shown: &mut shown,
+            half: Half::Second,
+            seen: 1.0,
         });
         self.register.run(Look {
             tile,
             shown: &shown,
             split: self.split(level),
+            warm: RISING * self.curve.at_solidus as f32,
         });
         shown
     }
 
     /// Makes tiles finer and coarser before the beam is at `spots`, and lets cold ones sleep.
-    pub(super) fn cut(&mut self, spots: &[Spot]) {
+    pub(super) fn cut(&mut self, spots: &[Spot], ahead: f64) {
         let mut tree = Tree::new(self.tree.size(0), self.setup.coarser);
         let conductivity = self.material.conductivity(self.material.solidus);
         let most = (self.setup.bend * conductivity) as f32;
+        let warm = RISING * self.curve.at_solidus as f32;
         for n in 0..self.levels.len() {
             let finest = n == self.setup.coarser;
             let split = self.split(n);
@@ -87,10 +101,12 @@ impl Levels {
                         tile: &mut *tile,
                         shown,
                         split,
+                        warm,
                     });
                 }
                 let (at, high) = (tile.at, tile.bend_high);
-                if tile.bend > EASE * most {
+                let ease = if tile.rising { EASE_RISING } else { EASE };
+                if tile.bend > ease * most {
                     tree.want(n, at);
                 }
                 if high > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
@@ -105,7 +121,8 @@ impl Levels {
         if tree != self.tree {
             self.rebuild(tree);
         }
-        self.fall_asleep(spots);
+        self.look_for_beam(spots, ahead);
+        self.fall_asleep();
     }
 
     /// The finest level that a tile may be divided to.
@@ -308,28 +325,51 @@ impl Levels {
         Some((trunk, shown))
     }
 
-    /// Cold tiles among cold ones, away from the beam, sleep: those that no heat has reached. What radiates alone makes is left out
-    /// there: a bed that cools as a whole would wake for nothing.
-    fn fall_asleep(&mut self, spots: &[Spot]) {
-        let cold = self.curve.of(self.material.start + COLD) as f32;
+    /// Which tiles the beam reaches in the next `ahead` s, and which it heats by much.
+    fn look_for_beam(&mut self, spots: &[Spot], ahead: f64) {
+        let fresh = self.material.relative_density(self.material.start);
+        let capacity = fresh * self.material.heat_capacity(self.material.start);
+        let steepest = |spot: &Spot| {
+            let shares = spot.depth_shares(&self.setup.heights, &self.depths);
+            let per_mm = shares.iter().zip(&self.setup.heights).map(|(s, h)| s / h);
+            per_mm.fold(0.0, f64::max)
+        };
+        // the middle of each spot, and within which distance it heats powder by more than `HIT`, were it to stay, mm
+        let rings: Vec<([f64; 2], f64, f64)> = spots
+            .iter()
+            .map(|spot| {
+                let area = PI * spot.diameter.powi(2) / 8.0;
+                let most = spot.power * ahead * steepest(spot) / (capacity * area);
+                let near = spot.diameter * ((most / HIT).ln().max(0.0) / 8.0).sqrt();
+                (spot.centre, spot.reach(), near.min(spot.reach()))
+            })
+            .collect();
         let origin = self.matter.frame.origin;
         for level in &mut self.levels {
             let edge = level.edge * N as f64;
             for (tile, shown) in level.tiles.iter().zip(&mut level.shown) {
                 let near = |place: [f64; 2], reach: f64| {
-                    [0, 1].iter().all(|&a| {
+                    let beyond = [0, 1].map(|a| {
                         let from = origin[a] + tile.at[a] as f64 * edge;
-                        place[a] >= from - reach && place[a] <= from + edge + reach
-                    })
+                        (from - place[a]).max(place[a] - from - edge).max(0.0)
+                    });
+                    beyond[0] * beyond[0] + beyond[1] * beyond[1] <= reach * reach
                 };
-                shown.lit = spots.iter().any(|s| near(s.centre, s.reach()))
-                    || self
-                        .watching
-                        .places
-                        .iter()
-                        .any(|[x, y, _]| near([*x, *y], 0.0));
+                let told = self
+                    .watching
+                    .places
+                    .iter()
+                    .any(|[x, y, _]| near([*x, *y], 0.0));
+                shown.lit = told || rings.iter().any(|(centre, reach, _)| near(*centre, *reach));
+                shown.hit = told || rings.iter().any(|(centre, _, hit)| near(*centre, *hit));
             }
         }
+    }
+
+    /// Cold tiles among cold ones, away from the beam, sleep: those that no heat has reached. What radiates alone makes is left out
+    /// there: a bed that cools as a whole would wake for nothing.
+    fn fall_asleep(&mut self) {
+        let cold = self.curve.of(self.material.start + COLD) as f32;
         let mut asleep: Vec<Vec<bool>> = Vec::new();
         for (n, level) in self.levels.iter().enumerate() {
             let quiet = |(tile, shown): (&Tile, &Shown)| {

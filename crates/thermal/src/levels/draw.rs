@@ -2,6 +2,8 @@
 
 use meltpath_base::Observer;
 
+use super::pace::PAIR;
+use super::sharing::beside;
 use super::tile::{N, PLANE};
 use super::watching::Watching;
 use super::{Levels, LevelsError};
@@ -41,8 +43,22 @@ impl Levels {
             samples: std::mem::take(&mut self.watching.samples),
             due: self.time,
         };
-        let mut told = 0;
         observer.stage("draw the beam path", STAGES);
+        beside(|| self.follow(path, beam, duration, observer))?;
+        self.write_down();
+        self.watching.places.clear();
+        Ok(outside)
+    }
+
+    /// Goes along `path` for `duration` s.
+    fn follow(
+        &mut self,
+        path: &BeamPath,
+        beam: &Beam,
+        duration: f64,
+        observer: &dyn Observer,
+    ) -> Result<(), LevelsError> {
+        let mut told = 0;
         while self.time < duration * (1.0 - 1e-9) {
             observer.check()?;
             let stage = (self.time / duration * STAGES as f64) as u64;
@@ -50,7 +66,8 @@ impl Levels {
             told = stage;
             let from = path.begin() + self.time;
             let ahead = self.ahead();
-            self.cut(&coming(path, beam, from, ahead));
+            let look = f64::from(PAIR) * ahead;
+            self.cut(&coming(path, beam, from, look), look);
             self.set_pace(ahead);
             let mut heat = |levels: &mut Levels, dt: f64| {
                 let now = path.begin() + levels.time;
@@ -61,12 +78,10 @@ impl Levels {
                 }
                 Ok(())
             };
-            self.advance(0, 0, &mut heat)?;
+            self.advance_pair(&mut heat)?;
             self.count();
         }
-        self.write_down();
-        self.watching.places.clear();
-        Ok(outside)
+        Ok(())
     }
 
     /// Tells the temperatures that are watched, where it is time to.

@@ -180,11 +180,22 @@ impl Levels {
     ) -> Result<(Ground, Cooled), LevelsError> {
         let begun = self.time;
         let fine = |levels: &Levels| levels.levels.iter().skip(1).any(|l| !l.tiles.is_empty());
-        while self.time - begun < time.min(FINE) && fine(&self) {
+        let solidus = self.curve.at_solidus as f32;
+        let molten = |levels: &Levels| {
+            let mut tiles = levels.levels.iter().flat_map(|l| &l.tiles);
+            tiles.any(|tile| tile.warmth > solidus)
+        };
+        // the long steps that follow are for heat that is only conducted
+        loop {
+            let left = time - (self.time - begun);
+            let soon = self.time - begun < FINE;
+            if left <= 1e-9 * time || !(molten(&self) || soon && fine(&self)) {
+                break;
+            }
             observer.check()?;
-            self.cut(&[]);
-            self.set_pace(LONGEST);
-            self.advance(0, 0, &mut |_, _| Ok(()))?;
+            self.cut(&[], 0.0);
+            self.set_pace(LONGEST.min(0.5 * left));
+            self.advance_pair(&mut |_, _| Ok(()))?;
             self.count();
         }
         self.write_down();

@@ -129,7 +129,7 @@ impl Record {
         let corner = tile.at.map(|t| t * N * edge);
         for p in 0..tracked {
             let k = planes - tracked + p;
-            let followed = (p + FOLLOWED).checked_sub(tracked);
+            let followed = (p + FOLLOWED.min(tracked)).checked_sub(tracked);
             for n in 0..PLANE {
                 let first = [corner[0] + n % N * edge, corner[1] + n / N * edge];
                 let (peak, r) = (tile.peak[p * PLANE + n], tile.density[k * PLANE + n]);

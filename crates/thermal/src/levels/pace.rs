@@ -1,7 +1,14 @@
 //! How long the steps of the levels may be: by how hot each is.
+//!
+//! Steps come in pairs. Both give what flows in half of the pair; between them others see a tile as it was earlier, where Euler's
+//! method is still stable: with steps `ρ` times its longest one, `1/ρ` of what the first step gave. Of an amplitude that flows let fall
+//! at the rate `λ`, a pair of `Δt` leaves `1 - z + z²/4ρ`, `z = λΔt`. `ρ = 1` are two of Euler's steps; `ρ = 3/2` is the
+//! Runge-Kutta-Legendre method of two stages (Meyer, Balsara, Aslam 2014, Journal of Computational Physics 257, 594): half as many
+//! steps again in a time would be needed without it. Conduction sees what was `(ρ - 1/2)` of Euler's longest step ago, so the finest
+//! level's quick tiles, where the beam is, keep `ρ = 1`.
 
 use super::conduct::PlaneStep;
-use super::tile::Class;
+use super::tile::{Class, Half};
 use crate::material::Material;
 use crate::material::enthalpy::Enthalpy;
 
@@ -13,11 +20,15 @@ const MARGIN: f64 = 300.0;
 const POOL: f64 = 2800.0;
 /// Share of the stable step that is taken.
 const SAFE: f64 = 0.95;
+/// `ρ` of all tiles but the finest level's quick ones.
+pub(super) const OF_PAIR: f64 = 1.5;
 
 /// No step of the coarsest level is longer, s.
 pub(super) const LONGEST: f64 = 3e-4;
-/// Nor than so many of the finest: so far ahead the beam is looked for.
+/// Nor than so many of the finest.
 pub(super) const TICKS: u32 = 16;
+/// Steps of a pair.
+pub(super) const PAIR: u32 = 2;
 /// Those of a level in the order of their steps.
 pub(super) const CLASSES: [Class; 2] = [Class::Slow, Class::Quick];
 
@@ -29,6 +40,19 @@ pub(super) struct Rate {
     /// The same in steps of the finest level's quick tiles, a power of two.
     pub(super) ticks: u32,
     pub(super) planes: Vec<PlaneStep>,
+    /// Of what the first step of a pair gives, the share that others see before the second.
+    pub(super) seen: f32,
+}
+
+impl Rate {
+    /// Which step of a pair begins, `tick` of the shortest steps after all levels were at the same time.
+    pub(super) fn half(&self, tick: u32) -> Half {
+        if tick.is_multiple_of(PAIR * self.ticks) {
+            Half::First
+        } else {
+            Half::Second
+        }
+    }
 }
 
 /// Largest diffusivities of the laws up to a temperature.
@@ -73,8 +97,38 @@ impl Pace {
     }
 }
 
+/// Steps of each level's slow and quick tiles in ticks of `step` s, coarsest first, all powers of two. `stable` are the longest steps of
+/// each level's hottest tiles, `own` what each tile costs a step and its own longest one, no step is longer than `longest`, s.
+///
+/// Shorter ticks may fit the others better and cost less. But highest temperatures move by some kelvins with the tick, and would do so
+/// from one drawing to a next that hardly differs.
+pub(super) fn ladder(
+    step: f64,
+    stable: &[f64],
+    own: &[Vec<(f64, f64)>],
+    longest: f64,
+) -> Vec<[u32; 2]> {
+    let finest = stable.len() - 1;
+    let mut quick = vec![1_u32; stable.len()];
+    for n in (0..finest).rev() {
+        let before = quick[n + 1];
+        quick[n] = before;
+        while step * f64::from(2 * quick[n]) <= stable[n] && quick[n] < 4 * before {
+            quick[n] *= 2;
+        }
+    }
+    let slow = |n: usize| {
+        let limit = match n {
+            0 => longest,
+            _ => (step * f64::from(quick[n - 1])).min(longest),
+        };
+        slow_ticks(&own[n], quick[n], step, limit * (1.0 + 1e-9))
+    };
+    (0..stable.len()).map(|n| [slow(n), quick[n]]).collect()
+}
+
 /// Steps of slow tiles in ticks of `step` s, at most `limit` s: those that cost least.
-pub(super) fn slow_ticks(own: &[(f64, f64)], quick: u32, step: f64, limit: f64) -> u32 {
+fn slow_ticks(own: &[(f64, f64)], quick: u32, step: f64, limit: f64) -> u32 {
     let cost = |ticks: u32| -> f64 {
         let of = |(cells, longest): &(f64, f64)| {
             let bears = *longest >= step * f64::from(ticks);
@@ -95,7 +149,37 @@ pub(super) fn slow_ticks(own: &[(f64, f64)], quick: u32, step: f64, limit: f64) 
 
 #[cfg(test)]
 mod tests {
-    use super::slow_ticks;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// No step is longer than its level's hottest tile bears, and each is a power of two of the next shorter one.
+        #[test]
+        fn ladders_are_stable(
+            most in 1e-6..1e-5_f64,
+            stable in prop::collection::vec(1.0..40.0_f64, 1..5),
+            own in prop::collection::vec(prop::collection::vec((1.0..8.0_f64, 1.0..200.0_f64), 0..9), 5),
+        ) {
+            let longest = 16.0 * most;
+            let mut stable: Vec<f64> = stable.iter().map(|s| (s * most).min(longest)).collect();
+            stable.sort_by(|a, b| b.total_cmp(a));
+            stable.push(most);
+            let own: Vec<Vec<(f64, f64)>> = own[..stable.len()]
+                .iter()
+                .map(|of| of.iter().map(|(cells, s)| (*cells, s * most)).collect())
+                .collect();
+            let ladder = ladder(most, &stable, &own, longest);
+            let mut shorter = ladder.concat();
+            for (n, [slow, quick]) in ladder.iter().enumerate() {
+                prop_assert!(most * f64::from(*quick) <= stable[n] * (1.0 + 1e-9));
+                prop_assert!(most * f64::from(*slow) <= longest * (1.0 + 1e-6));
+            }
+            shorter.reverse();
+            for pair in shorter.windows(2) {
+                prop_assert!(pair[1].is_multiple_of(pair[0]) && (pair[1] / pair[0]).is_power_of_two(), "{:?}", ladder);
+            }
+        }
+    }
 
     /// A tile that bears four ticks and one that bears none but the quick one's: the first goes slow, as slow as it may.
     #[test]

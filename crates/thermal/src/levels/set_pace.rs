@@ -1,12 +1,12 @@
 //! Sets the steps of all levels, and which tiles take the longer ones.
 
-use super::pace::{LONGEST, Rate, TICKS, slow_ticks};
+use super::pace::{CLASSES, LONGEST, OF_PAIR, Rate, TICKS, ladder};
 use super::step::planes;
 use super::tile::{Class, PLANE, Shown, Tile};
 use super::{Level, Levels};
 
 impl Levels {
-    /// How far ahead the beam is looked for, s: as long as no level's step will be longer.
+    /// No step of a level will be longer, s: a pair of them is how far ahead the beam is looked for.
     pub(super) fn ahead(&self) -> f64 {
         let step = match self.pace.longest {
             0.0 => self.setup.step,
@@ -15,8 +15,9 @@ impl Levels {
         LONGEST.min(step * f64::from(TICKS))
     }
 
-    /// Sets the steps of all levels, none longer than `longest` s: the quick tiles' of the finest as long as is stable and asked for, the
-    /// others a power of two longer. Tiles that the beam does not reach and that bear a longer step than their level's hottest go slow.
+    /// Sets the steps of all levels, none longer than `longest` s: the quick tiles' of the finest at most as long as is stable and asked
+    /// for, the others powers of two longer. Tiles that the beam does not hit and that bear a longer step than their level's hottest go
+    /// slow.
     pub(super) fn set_pace(&mut self, longest: f64) {
         let finest = self.setup.coarser;
         let height = self
@@ -34,54 +35,50 @@ impl Levels {
                 kelvin = self.pace.hottest;
             }
             let limit = self.pace.stable(kelvin, level.edge, height);
+            let limit = if n == finest { limit } else { OF_PAIR * limit };
             stable.push(limit.min(longest));
         }
+        let own: Vec<_> = self.levels.iter().map(|l| self.own_steps(l)).collect();
         let step = self.setup.step.min(stable[finest]);
+        let ladder = ladder(step, &stable, &own, longest);
         self.pace.longest = self.pace.longest.max(step);
-        let mut quick = vec![1_u32; finest + 1];
-        for n in (0..finest).rev() {
-            let before = quick[n + 1];
-            quick[n] = before;
-            while step * f64::from(2 * quick[n]) <= stable[n] && quick[n] < 4 * before {
-                quick[n] *= 2;
-            }
-        }
-        for n in 0..=finest {
-            let limit = match n {
-                0 => longest,
-                _ => (step * f64::from(quick[n - 1])).min(longest),
+        for (n, (level, own)) in self.levels.iter_mut().zip(own).enumerate() {
+            let rate = |class: Class| {
+                let ticks = ladder[n][class as usize];
+                let step = step * f64::from(ticks);
+                Rate {
+                    step,
+                    ticks,
+                    seen: match (n == finest, class) {
+                        (true, Class::Quick) => 1.0,
+                        _ => (1.0 / OF_PAIR) as f32,
+                    },
+                    planes: planes(&self.setup, step),
+                }
             };
-            let own = self.own_steps(&self.levels[n]);
-            let slow = slow_ticks(&own, quick[n], step, limit * (1.0 + 1e-9));
-            let rate = |ticks: u32| Rate {
-                step: step * f64::from(ticks),
-                ticks,
-                planes: planes(&self.setup, step * f64::from(ticks)),
-            };
-            let rates = [rate(slow), rate(quick[n])];
-            let level = &mut self.levels[n];
+            level.rates = CLASSES.map(rate);
+            let [slow, quick] = [0, 1].map(|c| &level.rates[c]);
             for ((_, own), shown) in own.into_iter().zip(&mut level.shown) {
-                shown.class = if own >= rates[0].step && slow > quick[n] {
+                shown.class = if own >= slow.step && slow.ticks > quick.ticks {
                     Class::Slow
                 } else {
                     Class::Quick
                 };
             }
-            level.rates = rates;
         }
     }
 
-    /// What each tile of a level costs a step, and its longest stable step, s; none is where the beam reaches.
+    /// What each tile of a level costs a step, and its longest stable step, s; none where the beam hits.
     fn own_steps(&self, level: &Level) -> Vec<(f64, f64)> {
         let of = |(tile, shown): (&Tile, &Shown)| {
             let heights = self.setup.heights[tile.planes()].iter().copied();
             let height = heights.fold(f64::INFINITY, f64::min);
             let kelvin = self.curve.temperature(f64::from(tile.warmth));
             // the beam heats planes near the top alone
-            let longest = if shown.lit && tile.planes().end == self.setup.heights.len() {
+            let longest = if shown.hit && tile.planes().end == self.setup.heights.len() {
                 0.0
             } else {
-                self.pace.stable(kelvin, level.edge, height)
+                OF_PAIR * self.pace.stable(kelvin, level.edge, height)
             };
             let cells = tile.enthalpy.len() / PLANE;
             (if shown.asleep { 0.0 } else { cells as f64 }, longest)

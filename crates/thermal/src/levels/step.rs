@@ -1,11 +1,10 @@
 //! A time step of all levels: shorter steps first, then what they gave is taken by those that go on more slowly.
 
-use rayon::prelude::*;
-
 use super::around::{Around, exchange_boxes};
 use super::conduct::{Conduct, PlaneStep};
-use super::pace::{CLASSES, Rate};
-use super::tile::{Cells, Class, Follow, N, PLANE, Refresh, Shown, Tile};
+use super::pace::{CLASSES, PAIR, Rate};
+use super::sharing::share;
+use super::tile::{Cells, Class, Follow, Half, N, PLANE, Refresh, Shown, Tile};
 use super::{Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
@@ -13,11 +12,11 @@ use crate::solver::Face;
 use crate::solver::source::Spot;
 use crate::solver::surface::BuildPlane;
 
-/// Tiles below which one thread is faster than handing work to others.
-const WORTH_SHARING: usize = 24;
-
 /// Shortest steps whose radiation is taken together: it is slow (0.3 K of a cell of 30 µm at 3000 K in 40 µs).
 const RADIATED: u32 = 4;
+
+/// What heats during a step, s.
+pub(super) type Heat<'a> = &'a mut (dyn FnMut(&mut Levels, f64) -> Result<(), LevelsError> + Send);
 
 /// Coefficients of the planes for steps of `step` s.
 pub(super) fn planes(setup: &Setup, step: f64) -> Vec<PlaneStep> {
@@ -47,36 +46,43 @@ pub(super) fn planes(setup: &Setup, step: f64) -> Vec<PlaneStep> {
 }
 
 impl Levels {
+    /// Two steps of the coarsest level: after them all levels are at the same time, and at the end of a pair.
+    pub(super) fn advance_pair(&mut self, heat: Heat<'_>) -> Result<(), LevelsError> {
+        let ticks = self.levels[0].rates[0].ticks;
+        for n in 0..PAIR {
+            self.advance(0, n * ticks, heat)?;
+        }
+        Ok(())
+    }
+
     /// One step of a stage, with the steps of all shorter ones that it holds; `tick` of the shortest steps have gone since all levels
     /// were at the same time.
     ///
     /// Each level has two stages, slow tiles before quick ones; those of the coarsest come first.
-    pub(super) fn advance(
-        &mut self,
-        stage: usize,
-        tick: u32,
-        heat: &mut dyn FnMut(&mut Levels, f64) -> Result<(), LevelsError>,
-    ) -> Result<(), LevelsError> {
+    fn advance(&mut self, stage: usize, tick: u32, heat: Heat<'_>) -> Result<(), LevelsError> {
         let rate = |levels: &Levels, stage: usize| {
             let level = levels.levels.get(stage / 2)?;
             let rate = &level.rates[stage % 2];
-            Some((rate.ticks, rate.step))
+            Some((rate.ticks, rate.step, rate.half(tick)))
         };
-        let Some((ticks, step)) = rate(self, stage) else {
+        let Some((ticks, step, half)) = rate(self, stage) else {
             return Ok(());
         };
         let shorter = rate(self, stage + 1);
-        if let Some((parts, _)) = shorter {
+        if let Some((parts, ..)) = shorter {
             for part in (0..ticks).step_by(parts as usize) {
                 self.advance(stage + 1, tick + part, heat)?;
             }
         }
-        self.conduct(stage, tick);
+        // before the losses, so that these see it: vapour that lags lets a small spot grow too hot
         if shorter.is_none() {
             heat(self, step)?;
+        }
+        self.conduct(stage, tick);
+        if shorter.is_none() {
             self.time += step;
         }
-        self.refresh(stage);
+        self.refresh(stage, half);
         if shorter.is_none() {
             self.look();
         }
@@ -115,18 +121,16 @@ impl Levels {
             step,
             ticks,
             planes,
+            ..
         } = &own.rates[stage % 2];
         let (step, edge) = (*step, own.edge);
-        let together = RADIATED.min(all).max(*ticks);
-        let radiates = !losses.none && tick.is_multiple_of(together);
+        let together = RADIATED.min(PAIR * all).max(PAIR * ticks);
+        let radiates = !losses.none && (tick + ticks).is_multiple_of(together);
         let radiated = step * f64::from(together / ticks);
         let split = around.finer.map_or(own.base, |finer| finer.base);
         let top = planes.len() - 1;
         let height = self.setup.heights[top];
         let work = |(tile, shown): (&mut Tile, &Shown)| {
-            if shown.asleep || shown.class != class {
-                return;
-            }
             let at = tile.at;
             register.run(Conduct {
                 formulas: f,
@@ -158,51 +162,41 @@ impl Levels {
                 losses.evaporate(&mut plane, lost);
             }
         };
-        let awake = || {
-            around
-                .shown
-                .iter()
-                .filter(|s| !s.asleep && s.class == class)
-        };
-        if awake().count() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
-            own.tiles.par_iter_mut().zip(around.shown).for_each(work);
-        } else {
-            own.tiles.iter_mut().zip(around.shown).for_each(work);
-        }
-        self.updates += awake().map(|s| s.theta.len() as u64).sum::<u64>();
+        let tiles = own.tiles.iter_mut().zip(around.shown);
+        let awake: Vec<_> = tiles.filter(|(_, s)| s.steps(class)).collect();
+        self.updates += awake.iter().map(|(_, s)| s.theta.len() as u64).sum::<u64>();
+        share(awake, work);
         if class == Class::Slow {
             exchange_boxes(&self.tree, level, own);
         }
     }
 
     /// What the tiles of a stage show from now on.
-    fn refresh(&mut self, stage: usize) {
+    fn refresh(&mut self, stage: usize, half: Half) {
         let class = CLASSES[stage % 2];
         let own = &mut self.levels[stage / 2];
         let (f, register, liquidus) = (&self.formulas, self.register, self.liquidus);
         let (step, now) = (own.rates[stage % 2].step, self.time);
+        let seen = own.rates[stage % 2].seen;
         let work = |(tile, shown): (&mut Tile, &mut Shown)| {
-            if shown.asleep || shown.class != class {
-                return;
-            }
             register.run(Refresh {
                 formulas: f,
                 tile: &mut *tile,
                 shown,
+                half,
+                seen,
             });
-            register.run(Follow {
-                tile,
-                liquidus,
-                passed: step,
-                now,
-            });
+            if half == Half::Second {
+                register.run(Follow {
+                    tile,
+                    liquidus,
+                    passed: f64::from(PAIR) * step,
+                    now,
+                });
+            }
         };
-        let awake = own.shown.iter().filter(|s| !s.asleep && s.class == class);
-        if awake.count() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
-            own.tiles.par_iter_mut().zip(&mut own.shown).for_each(work);
-        } else {
-            own.tiles.iter_mut().zip(&mut own.shown).for_each(work);
-        }
+        let tiles = own.tiles.iter_mut().zip(&mut own.shown);
+        share(tiles.filter(|(_, s)| s.steps(class)).collect(), work);
     }
 
     /// Heat of a beam at rest during `dt` s, in tiles of every level that it reaches.

@@ -42,6 +42,8 @@ pub(crate) struct Tile {
     /// Its lowest plane, counted from the bottom of all.
     pub(crate) base: usize,
     pub(crate) enthalpy: Vec<f32>,
+    /// Enthalpies at the begin of the present pair of steps.
+    pub(crate) begun: Vec<f32>,
     pub(crate) density: Vec<f32>,
     /// Enthalpies at which powder grew as dense as it is, see [`Cells::warm`].
     pub(crate) settled: Vec<f32>,
@@ -61,6 +63,8 @@ pub(crate) struct Tile {
     pub(crate) warmth: f32,
     pub(crate) bend: f32,
     pub(crate) bend_high: f32,
+    /// Some cell that may melt is as hot as it ever was.
+    pub(crate) rising: bool,
     /// What was radiated, evaporated and conducted out since the last count.
     pub(crate) lost: Ledger,
 }
@@ -78,8 +82,10 @@ pub(crate) struct Shown {
     pub(crate) dense: Vec<bool>,
     /// As cold as at the start, as all beside: nothing is computed.
     pub(crate) asleep: bool,
-    /// The beam reaches it before the tiles are looked at again, or temperatures are told there: it takes short steps.
+    /// The beam reaches it before the tiles are looked at again, or temperatures are told there.
     pub(crate) lit: bool,
+    /// The beam heats it by much until then, or temperatures are told there: it takes short steps.
+    pub(crate) hit: bool,
     pub(crate) class: Class,
 }
 
@@ -108,7 +114,19 @@ pub(crate) enum Class {
     Quick,
 }
 
+/// Which step of a pair; see [`super::pace`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Half {
+    First,
+    Second,
+}
+
 impl Shown {
+    /// Whether it goes on with the steps of a class.
+    pub(crate) fn steps(&self, class: Class) -> bool {
+        !self.asleep && self.class == class
+    }
+
     pub(crate) fn new(planes: Range<usize>) -> Self {
         let count = planes.len();
         Shown {
@@ -118,6 +136,7 @@ impl Shown {
             dense: vec![false; count],
             asleep: false,
             lit: false,
+            hit: false,
             class: Class::Quick,
         }
     }
@@ -147,6 +166,7 @@ impl Tile {
             at,
             base: planes.start,
             enthalpy: vec![0.0; count * PLANE],
+            begun: vec![0.0; count * PLANE],
             density: vec![1.0; count * PLANE],
             settled: vec![0.0; count * PLANE],
             peak: vec![0.0; tracked * PLANE],
@@ -163,6 +183,7 @@ impl Tile {
             warmth: 0.0,
             bend: 0.0,
             bend_high: 0.0,
+            rising: false,
             lost: Ledger::default(),
         }
     }
@@ -185,7 +206,12 @@ impl Tile {
     /// Its planes below `plane`: what lies under the finer tiles that take the place of the others.
     pub(crate) fn trunk(mut self, plane: usize) -> Self {
         let cells = (plane - self.base) * PLANE;
-        for values in [&mut self.enthalpy, &mut self.density, &mut self.settled] {
+        for values in [
+            &mut self.enthalpy,
+            &mut self.begun,
+            &mut self.density,
+            &mut self.settled,
+        ] {
             values.truncate(cells);
         }
         self.peak.clear();
@@ -273,17 +299,35 @@ pub(crate) struct Refresh<'a> {
     pub(crate) formulas: &'a Formulas<f32>,
     pub(crate) tile: &'a mut Tile,
     pub(crate) shown: &'a mut Shown,
+    /// The step that ends.
+    pub(crate) half: Half,
+    /// Of what the first step of a pair gives, the share that others see before the second.
+    pub(crate) seen: f32,
 }
 
 impl CellLoop for Refresh<'_> {
     #[inline(always)]
     fn run(self) {
         let (f, tile, shown) = (*self.formulas, self.tile, self.shown);
+        let mut seen = [0.0_f32; PLANE];
         let planes = shown.dense.len();
         let untracked = planes - tile.peak.len() / PLANE;
         for k in 0..planes {
             let range = k * PLANE..(k + 1) * PLANE;
             let g = &tile.enthalpy[range.clone()];
+            let begun = &mut tile.begun[range.clone()];
+            match self.half {
+                Half::First => {
+                    for n in 0..PLANE {
+                        seen[n] = begun[n] + self.seen * (g[n] - begun[n]);
+                    }
+                }
+                Half::Second => {
+                    begun.copy_from_slice(g);
+                    seen.copy_from_slice(g);
+                }
+            }
+            let g = &seen;
             let out = &mut shown.theta[range.clone()];
             let cells = g.as_chunks().0.iter().zip(out.as_chunks_mut().0);
             for (g, out) in cells {
@@ -318,6 +362,8 @@ pub(crate) struct Look<'a> {
     pub(crate) shown: &'a Shown,
     /// The lowest plane of the next finer level, counted from the bottom of all.
     pub(crate) split: usize,
+    /// Enthalpy from which on a cell may melt, J/mm³.
+    pub(crate) warm: f32,
 }
 
 impl CellLoop for Look<'_> {
@@ -330,6 +376,13 @@ impl CellLoop for Look<'_> {
                 warmth[i] = if w > warmth[i] { w } else { warmth[i] };
             }
         }
+        let first = self.tile.enthalpy.len() - self.tile.peak.len();
+        let tracked = self.tile.enthalpy[first..].iter().zip(&self.tile.peak);
+        let mut rising = 0_u32;
+        for (g, peak) in tracked {
+            rising |= u32::from(*g > self.warm) & u32::from(g >= peak);
+        }
+        self.tile.rising = rising != 0;
         let (mut deep, mut high) = (0.0_f32, 0.0_f32);
         for (k, plane) in self.shown.theta.as_chunks::<PLANE>().0.iter().enumerate() {
             let bend = bend(plane);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_base::number::significant;
 use meltpath_base::settings::{self, Datum, Many, Problem, Problems, UnitOf, broken, nearest};
 use meltpath_base::{Density, Pure, Temperature, choice, quantity, table};
 use toml::de::{DeTable, DeValue};
@@ -297,6 +298,40 @@ laws!(ConductivityLaws, ConductivityLaw, Conductivity);
 laws!(SpecificHeatLaws, SpecificHeatLaw, SpecificHeat);
 laws!(DensityLaws, DensityLaw, Density);
 
+/// Refuses laws that no metal has, where a slip of the unit made them.
+fn plausible(material: &Material, file: &MaterialFile) -> Result<(), Problem> {
+    let kelvins = [material.start, material.solidus, material.liquidus + 1.0];
+    let beyond = |law: &dyn Fn(f64) -> f64, [low, high]: [f64; 2]| {
+        let values = kelvins.map(|k| (k, law(k)));
+        // what is not above zero is told where laws are checked
+        let slip = |v: f64| v > 0.0 && !(low..=high).contains(&v);
+        values.into_iter().find(|(_, v)| slip(*v))
+    };
+    let told = |what: &str, unit: &str, [low, high]: [f64; 2], (kelvin, value): (f64, f64)| {
+        format!(
+            "{what} is {} {unit} at {:.0} °C; metals have {low} to {high} {unit}",
+            significant(value, 3),
+            kelvin - CELSIUS
+        )
+    };
+    let slip = "look at its unit: g/cm³ are thousands of kg/m³, W/(mm·K) thousands of W/(m·K)";
+    let (densities, conductivities, heats) = ([400.0, 25e3], [0.5, 1e3], [50.0, 1e4]);
+    if let Some(found) = beyond(&|k| material.density(k), densities) {
+        let message = told("density", "kg/m³", densities, found);
+        return Err(file.density.problem(message).help(slip));
+    }
+    if let Some(found) = beyond(&|k| 1e3 * material.conductivity(k), conductivities) {
+        let message = told("conductivity", "W/(m·K)", conductivities, found);
+        return Err(file.conductivity.problem(message).help(slip));
+    }
+    if let Some(found) = beyond(&|k| material.specific_heat(k), heats) {
+        let message = told("specific_heat", "J/(kg·K)", heats, found);
+        let help = "look at its unit: kJ/(kg·K) are thousands of J/(kg·K)";
+        return Err(file.specific_heat.problem(message).help(help));
+    }
+    Ok(())
+}
+
 /// Reads a material from the text of its file, with the `readings` chosen where its source is damaged.
 ///
 /// # Errors
@@ -337,7 +372,7 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, Problems> {
         }
     };
     let latent = &file.latent;
-    Ok(Material {
+    let material = Material {
         name: file.name.value.clone(),
         range: file.range.value.value.map(|t| t.0),
         start: file.consolidation.0,
@@ -369,7 +404,9 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, Problems> {
             any_face: r.any_face.map(|ra| ra.0),
         }),
         absorptivity: file.absorptivity.as_ref().map(|a| a.0),
-    })
+    };
+    plausible(&material, &file)?;
+    Ok(material)
 }
 
 fn evaporation(table: &EvaporationTable) -> Evaporation {
@@ -507,75 +544,4 @@ fn relative_density(file: &MaterialFile, readings: Readings) -> Result<Law, Prob
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
-
-    #[test]
-    fn everything_wrong_is_told_with_its_place() {
-        let text = TITANIUM
-            .replacen("unit = \"J/kg\"", "unit = \"kcal/kg\"", 1)
-            .replacen("[solidus]", "[solidus]\ncolour = 1", 1)
-            .replacen("value = 0.74", "value = \"74 %\"", 1);
-        let mut mended = text.clone();
-        let problems = read(&text, Readings::default()).unwrap_err().0;
-        let told: Vec<&str> = problems
-            .iter()
-            .map(|p| &text[p.span.clone().unwrap()])
-            .collect();
-        assert_eq!(told, ["colour", "\"kcal/kg\"", "\"74 %\""], "{problems:?}");
-        for problem in problems.iter().rev() {
-            if let (Some(fix), Some(span)) = (&problem.fix, problem.span.clone()) {
-                mended.replace_range(span, fix);
-            }
-        }
-        let mended = mended
-            .replacen("colour = 1\n", "", 1)
-            .replacen("kcal/kg", "J/kg", 1);
-        assert_eq!(
-            read(&mended, Readings::default()).unwrap(),
-            read(TITANIUM, Readings::default()).unwrap()
-        );
-    }
-
-    #[test]
-    fn an_unlisted_source_is_refused() {
-        let text = TITANIUM.replacen("source = \"iupac-2021\"", "source = \"iupac-2012\"", 1);
-        let problems = read(&text, Readings::default()).unwrap_err().0;
-        assert_eq!(problems.len(), 1);
-        assert_eq!(&text[problems[0].span.clone().unwrap()], "\"iupac-2012\"");
-        assert_eq!(problems[0].fix.as_deref(), Some("\"iupac-2021\""));
-    }
-
-    #[test]
-    fn laws_that_do_not_reach_the_melt_are_refused() {
-        let text = TITANIUM.replacen("[750.0, 3000.0]", "[750.0, 1650.0]", 1);
-        let error = read(&text, Readings::default()).unwrap_err().to_string();
-        assert!(error.contains("above the liquidus, 1665 °C"), "{error}");
-        assert_eq!(sources(TITANIUM).unwrap().len(), 7);
-    }
-
-    #[test]
-    fn readings_change_what_they_say() {
-        let read = |readings| read(TITANIUM, readings).unwrap();
-        let at = 750.0 + CELSIUS;
-        let printed = read(Readings {
-            porosity: PorosityReading::PrintedAsDensity,
-            ..Readings::default()
-        });
-        assert!((printed.relative_density(at) - 0.3725).abs() < 1e-12);
-        let swapped = read(Readings {
-            density: DensityReading::Printed,
-            ..Readings::default()
-        });
-        assert!(swapped.density(1700.0 + CELSIUS) > 4100.0);
-        assert!((read(Readings::default()).density(at) - 4308.75).abs() < 1e-9);
-        let loose = read(Readings {
-            powder_conductivity: Some(0.15),
-            ..Readings::default()
-        });
-        let [a, b] = loose.powder_conduction();
-        assert!((a + b * 0.62 - 0.15).abs() < 1e-12 && (a + b - 1.0).abs() < 1e-12);
-    }
-}
+mod tests;

@@ -70,14 +70,14 @@ const FIRST: [Track; 3] = [
         "CBM B",
         [195.0, 800.0, 0.100],
         [133.0, 91.0, 780.0],
-        [120.0, 39.0, 317.0],
-        [true, false, false],
+        [119.0, 38.0, 313.0],
+        [false, false, false],
     ),
     track(
         "CBM C",
         [195.0, 1200.0, 0.100],
         [100.0, 60.0, 754.0],
-        [109.0, 32.0, 324.0],
+        [109.0, 32.0, 320.0],
         [true, false, false],
     ),
 ];
@@ -102,7 +102,7 @@ const LAST: [Track; 3] = [
         "CBM A",
         [150.0, 400.0, 0.100],
         [171.0, 151.0, 659.0],
-        [132.0, 48.0, 265.0],
+        [131.0, 47.0, 261.0],
         [false, false, false],
     ),
 ];
@@ -113,13 +113,13 @@ type Later = (&'static str, [f64; 3], [f64; 2], [f64; 2]);
 
 /// NIST, measurement and result descriptions of AMB2022-03, table 4 (doi 10.18434/mds2-2718).
 const IN718: [Later; 7] = [
-    ("0", [285.0, 960.0, 0.067], [136.3, 139.7], [99.0, 35.0]),
-    ("1.1", [285.0, 960.0, 0.049], [106.2, 227.2], [85.0, 37.0]),
-    ("1.2", [285.0, 960.0, 0.082], [141.7, 102.4], [111.0, 36.0]),
-    ("2.1", [285.0, 1200.0, 0.067], [112.9, 109.7], [94.0, 32.0]),
-    ("2.2", [285.0, 800.0, 0.067], [156.1, 176.5], [102.0, 37.0]),
-    ("3.1", [325.0, 960.0, 0.067], [134.3, 166.1], [101.0, 37.0]),
-    ("3.2", [245.0, 960.0, 0.067], [129.4, 116.9], [95.0, 33.0]),
+    ("0", [285.0, 960.0, 0.067], [136.3, 139.7], [97.0, 33.0]),
+    ("1.1", [285.0, 960.0, 0.049], [106.2, 227.2], [84.0, 37.0]),
+    ("1.2", [285.0, 960.0, 0.082], [141.7, 102.4], [113.0, 34.0]),
+    ("2.1", [285.0, 1200.0, 0.067], [112.9, 109.7], [94.0, 31.0]),
+    ("2.2", [285.0, 800.0, 0.067], [156.1, 176.5], [101.0, 36.0]),
+    ("3.1", [325.0, 960.0, 0.067], [134.3, 166.1], [100.0, 36.0]),
+    ("3.2", [245.0, 960.0, 0.067], [129.4, 116.9], [94.0, 32.0]),
 ];
 
 /// A bare plate: the layer that the solver lays is metal too.
@@ -200,7 +200,7 @@ fn drawn_on(alloy: &Material, [power, speed, spot]: [f64; 3], beam: Beam, cell: 
     }
 }
 
-/// When the place grows hotter than `kelvin` first, and colder last, s.
+/// When the place grows hotter than `kelvin` first, and colder last, s. While it freezes it may pass there more than once.
 fn passes(samples: &[Sample], kelvin: f64) -> [f64; 2] {
     let times: Vec<f64> = samples
         .windows(2)
@@ -210,8 +210,13 @@ fn passes(samples: &[Sample], kelvin: f64) -> [f64; 2] {
             w[0].time + share * (w[1].time - w[0].time)
         })
         .collect();
-    assert_eq!(times.len(), 2, "one pool passes: {times:?}");
-    [times[0], times[1]]
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let once = last - times[1] <= 0.02 * (last - first);
+    assert!(
+        times.len().is_multiple_of(2) && once,
+        "one pool passes: {times:?}"
+    );
+    [first, last]
 }
 
 /// Where highest temperatures across the track pass `kelvin` in the uppermost plane, straight between the middles of cells, mm.
@@ -316,7 +321,7 @@ fn am_bench_2018_02_neither_absorptivity_nor_spot_explains_the_width() {
     for (beam, share, recorded) in [
         (wide.beam, MEASURED_ON_FOILS, [132.0, 29.0, 277.0]),
         (fast.beam, MEASURED_ON_FOILS, [115.0, 21.0, 240.0]),
-        (narrow, flat, [133.0, 37.0, 332.0]),
+        (narrow, flat, [133.0, 37.0, 330.0]),
     ] {
         let seen = drawn_on(&bare(), beam, on_the_surface(share), 0.005);
         println!("{beam:?}, {share}: {seen:.0?}");
@@ -348,7 +353,7 @@ fn am_bench_2018_02_with_a_keyhole_by_scaling() {
     let recorded = [
         [87.4, 122.0, 97.0, 365.0],
         [52.9, 100.0, 60.0, 357.0],
-        [24.9, 90.0, 35.0, 291.0],
+        [24.9, 90.0, 35.0, 294.0],
     ];
     for (track, ours) in deep.into_iter().zip(recorded) {
         let [power, speed, spot] = track.beam;

@@ -1,5 +1,6 @@
 //! The hatch of a job: its values from the table, the passes by planning, the beam's path by the gun.
 
+use meltpath_base::settings::{Problem, Setting};
 use meltpath_base::{Length, Provenance, Ratio, Reporter, Time};
 use meltpath_geometry::Region;
 use meltpath_gun::Gun;
@@ -10,7 +11,7 @@ use meltpath_planning::powder::{self, Modulated, Pattern, Turns};
 use meltpath_thermal::beam::{BeamError, BeamPath};
 
 use crate::ebm::plan::region::Below;
-use crate::job::ebm::{HatchStrategy, HatchTable, ModulationTable};
+use crate::job::ebm::{EbmJob, HatchStrategy, HatchTable, ModulationTable};
 
 /// Greatest distance between an arc and the lines in its place, mm: far below a voxel.
 const CHORD_ERROR: f64 = 2e-3;
@@ -24,6 +25,23 @@ meltpath_base::passes_on! {
         Drive(DriveError),
         /// The beam.
         Beam(BeamError),
+    }
+}
+
+impl HatchError {
+    /// In the table of the hatch.
+    pub(in crate::ebm) fn in_hatch(&self, job: &EbmJob) -> Problem {
+        match (self, job.hatch.as_ref()) {
+            (HatchError::Plan(powder::HatchError::Spacing { .. }), Some(table)) => {
+                self.told(&table.spacing.name, &table.spacing)
+            }
+            _ => self.told("[hatch]", &job.hatch),
+        }
+    }
+
+    /// At the key `name` that asked for it, in its words.
+    pub(in crate::ebm) fn told<T>(&self, name: &str, key: &Setting<T>) -> Problem {
+        key.problem(format!("{name}: {self}"))
     }
 }
 

@@ -148,7 +148,7 @@ impl Ladder {
 }
 
 /// What the charts of a setting must be.
-fn wanted(settings: &Settings, [power, spot]: [f64; 2]) -> ChartSettings {
+pub(in crate::ebm) fn wanted(settings: &Settings, [power, spot]: [f64; 2]) -> ChartSettings {
     ChartSettings {
         efficiency: settings.beam.efficiency,
         depth: settings.beam.depth,

@@ -2,16 +2,21 @@
 
 use meltpath_base::settings::{Problem, broken};
 
+use super::rings;
 use super::{
     Change, ChartPreview, CorrectTable, EbmJob, Ground, HatchStrategy, JudgeSolver, OptimiseMethod,
     OptimiseSolver, OptimiseTable,
 };
+
+/// Layers of a toolpath that have names.
+const MOST_LAYERS: u32 = 16_383;
 
 impl EbmJob {
     /// Values that contradict each other.
     pub(in crate::job) fn check(&self) -> Vec<Problem> {
         let mut found = self.check_beam();
         found.extend(self.check_part());
+        found.extend(rings::check(&self.region));
         found.extend(self.check_window());
         found.extend(self.optimise.iter().flat_map(|o| self.check_optimise(o)));
         found.extend(self.check_preview());
@@ -101,6 +106,12 @@ impl EbmJob {
                 ebm.diameter
                     .problem("ebm.focus and ebm.diameter both say how wide the beam is")
                     .help("keep one of them"),
+            ),
+            (
+                hatched && *ebm.layers > MOST_LAYERS,
+                ebm.layers
+                    .problem(format!("ebm.layers is {}: [hatch] draws {MOST_LAYERS} layers at most", *ebm.layers))
+                    .help("draw the last of them: a few show whether the last one is as hot as the one before"),
             ),
             (
                 self.path.is_written() == hatched,

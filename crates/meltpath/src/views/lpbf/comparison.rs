@@ -69,9 +69,10 @@ impl<'a> Comparison<'a> {
             &[10.0, 30.0, 100.0, 200.0, 300.0]
         };
         for &limit in limits {
-            self.add(&format!("contour points below {limit:.0} µm, %"), &|r| {
-                Cell::Fixed(100.0 * r.errors.contour.share_below(1e-3 * limit), 2)
-            });
+            self.add(
+                &format!("way along contours below {limit:.0} µm, %"),
+                &|r| Cell::Fixed(100.0 * r.errors.contour_way.share_below(1e-3 * limit), 2),
+            );
         }
         self.add("largest contour error, µm", &|r| {
             Cell::Fixed(1e3 * r.errors.contour.largest, 1)

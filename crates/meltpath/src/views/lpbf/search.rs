@@ -58,8 +58,8 @@ pub(super) fn section(found: &Found) -> Section {
     }
     table.rows.push(start);
     format!(
-        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of contour points within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others. \
-         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: contour points within the bound; 99 % of them are below the next column. Fills, J/m: power over speed.",
+        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of the way along contours within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others. \
+         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: way along contours within the bound; 99 % of it is below the next column. Fills, J/m: power over speed.",
         found.tried.len(),
         100.0 * found.bounds.contour_share,
         1e3 * found.bounds.contour_error,
@@ -95,7 +95,7 @@ pub(super) fn section(found: &Found) -> Section {
         vec![
             plot(
                 "Time against contours",
-                Axis::new("contour points within the bound", "%"),
+                Axis::new("way along contours within the bound", "%"),
                 100.0 * found.bounds.contour_share,
                 &|c| 100.0 * c.contour_share,
             ),
@@ -173,7 +173,7 @@ fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
         ("laser-on delay", "s", |c| c.recipe.delays.on),
         ("laser-off delay", "s", |c| c.recipe.delays.off),
         ("first filter", "1", |c| c.filter_factor),
-        ("contour points within", "1", |c| c.contour_share),
+        ("way along contours within", "1", |c| c.contour_share),
         ("contour error 99 %", "mm", |c| c.contour_error),
         ("fill rate", "1", |c| c.fill_rate),
         ("within bounds", "", |c| f64::from(u8::from(c.within))),

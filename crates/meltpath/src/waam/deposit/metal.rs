@@ -66,6 +66,7 @@ fn doubts(lean: Option<&Lean>, settings: &Settings) -> Vec<Doubt> {
     lean.map(doubt::of_lean)
         .into_iter()
         .chain(corners)
+        .chain(doubt::of_standing(settings))
         .chain(settings.weave.map(|_| doubt::of_weaves()))
         .collect()
 }

@@ -223,13 +223,6 @@ pub fn simulate(
         recorder: &mut recorder,
         deposition: &mut deposition,
     });
-    let mut weaving;
-    let sink: &mut dyn MotionSink = if build.weaves.is_empty() {
-        &mut both
-    } else {
-        weaving = Weaving::new(build.weaves, build.weave_of_command, &mut both);
-        &mut weaving
-    };
     observer.stage("machine motion and metal", build.commands.len() as u64);
     let along = Along {
         cell: build.cell,
@@ -237,7 +230,17 @@ pub fn simulate(
         start: build.start,
         commands: build.commands,
     };
-    let summary = joints::simulate(&along, build.controller, observer, sink)?;
+    let controller = build.controller;
+    let summary = if build.weaves.is_empty() {
+        joints::simulate(&along, controller, observer, &mut both)?
+    } else {
+        let weaves = (build.weaves, build.weave_of_command);
+        let mut weaving = Weaving::new(weaves.0, weaves.1, controller, &mut both)
+            .map_err(MotionError::Controller)?;
+        let summary = joints::simulate(&along, controller, observer, &mut weaving)?;
+        weaving.finish();
+        summary
+    };
     let summary = build.pacing.summary(summary, build.commands);
     let deposit = deposition.finish();
     if let Some(e) = trouble {

@@ -15,6 +15,8 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Mesh, Plane};
 use rayon::prelude::*;
 
+use super::stock::{SurfacePoint, points, reach, stock};
+
 /// Metal beyond the finished part, for machining.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
@@ -49,15 +51,6 @@ pub struct Level {
     pub envelope: Mask,
 }
 
-/// A point of the finished surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SurfacePoint {
-    /// Position, mm.
-    pub position: DVec3,
-    /// Unit outward normal.
-    pub normal: DVec3,
-}
-
 /// The finished part, ready to be compared with what was built.
 #[derive(Debug, Clone)]
 pub struct Target {
@@ -70,9 +63,6 @@ pub struct Target {
     /// Metal asked for beyond the finished part.
     pub allowance: Allowance,
 }
-
-/// Spacing of the points that stock is measured at, mm.
-const SURFACE_SPACING: f64 = 2.0;
 
 impl Target {
     /// The target of a part that stands on z = 0, on the grid of `map`, in slabs one cell thick.
@@ -128,7 +118,7 @@ impl Target {
             .collect();
         Ok(Target {
             levels,
-            surface: surface_points(mesh, 0.0, SURFACE_SPACING),
+            surface: machined(points(mesh, map.cell), map.cell),
             volume: mesh.volume(),
             allowance,
         })
@@ -149,9 +139,6 @@ pub struct Comparison {
     /// Smallest machining stock over the finished surface, mm (negative: metal is missing), and where.
     pub stock: Option<(f64, SurfacePoint)>,
 }
-
-/// Farthest that stock is looked for, in multiples of the allowance, and never below this many mm.
-const STOCK_REACH: (f64, f64) = (3.0, 6.0);
 
 /// Compares the heights of `map` over its plate, each as `shifted` makes it, with the target: what an error of growth would
 /// do.
@@ -238,54 +225,19 @@ fn row(map: &HeightMap, target: &Target, iy: usize) -> ColumnSums {
 
 /// The smallest distance along the outward normal from the finished surface to the end of the metal.
 fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, SurfacePoint)> {
-    let reach =
-        (STOCK_REACH.0 * target.allowance.side.max(target.allowance.top)).max(STOCK_REACH.1);
+    let reach = reach(target.allowance.side.max(target.allowance.top));
     let step = 0.25 * map.cell;
     let solid = |p: DVec3| p.z <= map.height(p.truncate());
-    let stock = |s: &SurfacePoint| {
-        let outside_first = !solid(s.position);
-        // on the way out the metal ends where it turns to air; where the surface is bare, look inwards for metal
-        let direction = if outside_first { -s.normal } else { s.normal };
-        let mut far = 0.0;
-        while far < reach && solid(s.position + direction * far) != outside_first {
-            far += step;
-        }
-        if outside_first { -far } else { far }
-    };
-    let all: Vec<f64> = target.surface.par_iter().map(stock).collect();
+    let of = |p: &SurfacePoint| stock(p, solid, step, reach);
+    let all: Vec<f64> = target.surface.par_iter().map(of).collect();
     let (i, least) = all.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
     Some((*least, target.surface[i]))
 }
 
-/// Points of the surface that can be machined, about `spacing` mm apart: not the base, not faces that rest on the plate or hang over,
-/// whose stock a height map cannot tell.
-fn surface_points(mesh: &Mesh, base: f64, spacing: f64) -> Vec<SurfacePoint> {
-    let mut points = lattice(mesh, spacing);
-    points.retain(|p| p.normal.z >= -0.05 && p.position.z > base + spacing);
-    points
-}
-
-/// Points all over a surface, about `spacing` mm apart: small triangles at their centre, large ones on a barycentric lattice.
-pub(in crate::waam) fn lattice(mesh: &Mesh, spacing: f64) -> Vec<SurfacePoint> {
-    let mut points = Vec::new();
-    for t in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(t);
-        let Some(normal) = (b - a).cross(c - a).try_normalize() else {
-            continue;
-        };
-        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        let n = (longest / spacing).ceil().clamp(1.0, 400.0) as usize;
-        for i in 0..n {
-            for j in 0..n - i {
-                let (u, v) = (
-                    (i as f64 + 1.0 / 3.0) / n as f64,
-                    (j as f64 + 1.0 / 3.0) / n as f64,
-                );
-                let position = a + (b - a) * u + (c - a) * v;
-                points.push(SurfacePoint { position, normal });
-            }
-        }
-    }
+/// Those that can be machined, higher than `least`: not the base, not faces that rest on the plate or hang over, whose stock a height map
+/// cannot tell.
+fn machined(mut points: Vec<SurfacePoint>, least: f64) -> Vec<SurfacePoint> {
+    points.retain(|p| p.normal.z >= -0.05 && p.position.z > least);
     points
 }
 
@@ -463,7 +415,7 @@ mod tests {
             ],
             triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
         };
-        let points = surface_points(&mesh, 0.0, 1.0);
+        let points = machined(points(&mesh, 1.0), 1.0);
         assert!(points.len() > 100);
         assert!(
             points

@@ -39,8 +39,21 @@ const SPARE: f64 = 1.0;
 /// the same moves is not looked for again.
 ///
 /// # Errors
-/// [`ProgramStageError`].
+/// [`ProgramStageError`]; of a job that asks for several dialects with the one that cannot be written.
 pub(in crate::waam) fn write(
+    name: &str,
+    toolpath: &Toolpath,
+    asked: Asked,
+    site: Site<'_>,
+    known: Option<&Arc<ArmWay>>,
+    told: (&Reporter, &dyn Observer),
+) -> Result<Programs, ProgramStageError> {
+    let written = write_one(name, toolpath, asked, site, known, told);
+    written.map_err(|why| why.of(asked.0, &site.settings.programs))
+}
+
+/// Those of one dialect.
+fn write_one(
     name: &str,
     toolpath: &Toolpath,
     asked: Asked,

@@ -25,16 +25,9 @@ impl Turned {
         Turned { lean, place }
     }
 
-    /// Within a written limit; without one only what is as level as the beads that were measured.
+    /// Its greatest, judged.
     pub(in crate::waam) fn check(&self, settings: &Settings) -> Check {
         let angle = self.lean.greatest.value;
-        if settings.limits.tilt.is_none() && angle <= LEVEL {
-            let measure = Measure::exact(angle.to_degrees(), "deg");
-            let limit = Limit::AtMost(LEVEL.to_degrees().round());
-            return Check::judge(ID, TITLE, measure, limit)
-                .at(self.place.clone())
-                .because("the positioner keeps it as level as the beads that were measured");
-        }
         check(angle, Some(self.place.clone()), settings)
     }
 
@@ -66,11 +59,14 @@ pub(crate) fn limit(settings: &Settings) -> Option<f64> {
     settings.limits.tilt.or_else(seen)
 }
 
-/// The check of a lean, rad.
+/// The check of a lean, rad: within a written limit; without one what is as level as the beads that were measured passes.
 pub(in crate::waam) fn check(angle: f64, at: Option<Place>, settings: &Settings) -> Check {
     let measure = Measure::exact(angle.to_degrees(), "deg");
     let area = settings.bead.area.value;
-    let check = if let Some(limit) = limit(settings) {
+    let check = if settings.limits.tilt.is_none() && angle <= LEVEL {
+        let limit = Limit::AtMost(LEVEL.to_degrees().round());
+        Check::judge(ID, TITLE, measure, limit).because("as level as the beads that were measured")
+    } else if let Some(limit) = limit(settings) {
         let check = Check::judge(ID, TITLE, measure, Limit::AtMost(limit.to_degrees()))
             .remedy("a smaller surface.tilt, or a positioner that turns the part");
         match &settings.map.tilt {

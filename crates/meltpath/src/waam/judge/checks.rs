@@ -285,7 +285,11 @@ pub(crate) fn program_check(programs: &[(&Programs, &Commands)], toolpath: &Tool
 }
 
 /// What the simulated build tells: size, wire, energy, times.
-pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
+pub(crate) fn build_facts(
+    simulation: &Simulation,
+    commands: &Commands,
+    settings: &Settings,
+) -> Vec<Fact> {
     let s = &simulation.summary;
     let mass = wire_mass(simulation, settings);
     let sigma = settings
@@ -314,7 +318,7 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
                 *settings.wire.name
             ),
         ),
-        wire_feed(simulation, settings),
+        wire_feed(simulation, commands, settings),
         energy(simulation, settings),
         minutes("time-arc", "time with arc", s.arc_time),
         minutes("time-travel", "time of travels", s.travel_time),
@@ -327,7 +331,7 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
 }
 
 /// Wire feed as delivered, layer by layer: the source answers to the contact tube distance.
-fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
+fn wire_feed(simulation: &Simulation, commands: &Commands, settings: &Settings) -> Fact {
     const PER_MINUTE: f64 = 0.06;
     let feed = |l: &&LayerOutcome| PER_MINUTE * l.wire / l.arc_time;
     let fed = || simulation.layers.iter().filter(|l| l.arc_time > 0.0);
@@ -341,6 +345,14 @@ fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
     let (least, greatest) = fed()
         .map(|l| feed(&l))
         .fold((f64::MAX, f64::MIN), |(a, b), f| (a.min(f), b.max(f)));
+    let (slowest, fastest) = programmed(commands, settings)
+        .map(|s| PER_MINUTE * s.wire_feed)
+        .fold((f64::MAX, f64::MIN), |(a, b), f| (a.min(f), b.max(f)));
+    // what differs in no digit that is shown is one feed
+    let asked = match [slowest, fastest].map(|f| format!("{f:.2}")) {
+        [slow, fast] if slow == fast => slow,
+        [slow, fast] => format!("{slow} to {fast}"),
+    };
     let why = match settings.deposit.feed_response {
         Some(r) => format!(
             "the source feeds {:.1} % less per mm of contact tube distance lost",
@@ -352,10 +364,7 @@ fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
         "wire-feed",
         "wire feed delivered, mean",
         Measure::exact(mean, "m/min"),
-        &format!(
-            "{least:.2} to {greatest:.2} over the layers, {:.2} programmed: {why}",
-            PER_MINUTE * settings.bead.wire_feed
-        ),
+        &format!("{least:.2} to {greatest:.2} over the layers, {asked} programmed: {why}"),
     )
 }
 

@@ -3,9 +3,14 @@
 use std::fmt::Write as _;
 
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
+use meltpath_geometry::Pose;
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::DVec3;
 use meltpath_programs::{Dialect, Gap};
+use meltpath_robot::command::{Kind, Source};
 
 use crate::waam::plan::Lean;
+use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
 
 /// Lines of one reason that are told by their numbers.
@@ -72,6 +77,126 @@ pub(in crate::waam) fn of_weaves() -> Doubt {
         reason: "beads are woven: metal is laid along the woven path, but no woven bead was measured to hold the model to".to_owned(),
         remedy: "compare the section of a woven bead with the one that the report shows".to_owned(),
     }
+}
+
+/// The doubt that an arc leaves which the controller lets stand at the ends of planned beads: none of them is planned with it.
+pub(in crate::waam) fn of_standing(settings: &Settings) -> Option<Doubt> {
+    let program = &settings.cell.program;
+    let lines = |start: &[String], end: &[String]| [start, end].map(waits);
+    let ([start, end], remedy) = match *program.dialect {
+        Dialect::Krl => {
+            let words = program.krl.as_ref()?;
+            let remedy = "simulate the written program (meltpath simulate), which has it; or let the source see to start and crater, with both times 0";
+            ([words.start_time.0, words.crater_time.0], remedy)
+        }
+        other => {
+            let remedy = "let the source see to start and crater, without waits in arc_start and arc_end; or weigh a built bead";
+            let both = match other {
+                Dialect::UrScript => program
+                    .script
+                    .as_ref()
+                    .map(|w| lines(&w.arc_start, &w.arc_end)),
+                Dialect::Inform => program
+                    .inform
+                    .as_ref()
+                    .map(|w| lines(&w.arc_start, &w.arc_end)),
+                Dialect::Val3 => program
+                    .val3
+                    .as_ref()
+                    .map(|w| lines(&w.arc_start, &w.arc_end)),
+                _ => None,
+            };
+            (both?, remedy)
+        }
+    };
+    (start + end > 0.0).then(|| Doubt {
+        reason: format!(
+            "by the cell's words the program stands {start:.2} s where the arc starts and {end:.2} s where it ends: metal that is laid meanwhile is not in the plan"
+        ),
+        remedy: remedy.to_owned(),
+    })
+}
+
+/// How long lines of an arc wait, s.
+fn waits(lines: &[String]) -> f64 {
+    let of = |line: &String| {
+        let rest = ["sleep(", "delay(", "TIMER T="]
+            .iter()
+            .find_map(|word| line.split_once(word).map(|(_, rest)| rest))?;
+        let number = rest
+            .split(|c: char| !(c.is_ascii_digit() || c == '.'))
+            .next()?;
+        number.parse::<f64>().ok()
+    };
+    // a sum of nothing is a zero below zero
+    lines.iter().filter_map(of).sum::<f64>() + 0.0
+}
+
+/// The torch may lean so far from the vertical across its bead before the bead is lopsided, rad: 10°, as along surfaces.
+pub(in crate::waam) const ASIDE: f64 = 0.175;
+/// It may point so far ahead or back before a bead's height is no longer that of an upright one, rad: 15°, as was tried.
+pub(in crate::waam) const AHEAD: f64 = 0.262;
+
+/// The doubt that a torch leaves which leans from the vertical by more than any bead was tried at, where a program of others says so.
+pub(in crate::waam) fn of_torch(commands: &Commands) -> Option<Doubt> {
+    // share of what was tried
+    let lean = |down: DVec3, ahead: DVec3| {
+        let along = down.dot(ahead);
+        let across = (down - along * ahead).truncate().length();
+        // beyond the horizontal no bead was tried at all
+        let least = if down.z < 0.0 { 0.0 } else { f64::INFINITY };
+        (along.abs().asin() / AHEAD)
+            .max(across.min(1.0).asin() / ASIDE)
+            .max(least)
+    };
+    let mut worst: Option<(f64, DVec3, Place)> = None;
+    let mut from = commands.start;
+    for (i, command) in commands.commands.iter().enumerate() {
+        if matches!(command.kind, Kind::Wait { .. }) {
+            continue;
+        }
+        if matches!(command.source, Source::On { .. }) {
+            let chord = command.target - from.position;
+            let arc = match command.kind {
+                Kind::Arc { via } => Arc::through(from.position, via, command.target),
+                _ => None,
+            };
+            let ahead = |t: f64| {
+                let way = arc.as_ref().map_or(chord, |arc| arc.tangent(t));
+                way.truncate().normalize_or_zero().extend(0.0)
+            };
+            for (orientation, at, ahead) in [
+                (from.orientation, from.position, ahead(0.0)),
+                (command.orientation, command.target, ahead(1.0)),
+            ] {
+                let down = orientation * DVec3::Z;
+                let over = lean(down, ahead);
+                if over > worst.as_ref().map_or(1.0, |w| w.0) {
+                    worst = Some((over, down, commands.place(i as u32, at)));
+                }
+            }
+        }
+        from = Pose {
+            position: command.target,
+            orientation: command.orientation,
+        };
+    }
+    let (_, down, place) = worst?;
+    let angle = (-down.z).clamp(-1.0, 1.0).acos().to_degrees();
+    let at = place.position.unwrap_or_default();
+    Some(Doubt {
+        reason: format!(
+            "the torch (z of the tool frame) leans by {angle:.1} deg from straight down (layer {}, at {:.1}, {:.1}, {:.1} mm): metal is laid as by an upright one, and beads were tried up to {:.0} deg across and {:.0} deg along their path",
+            place.layer.unwrap_or(0),
+            at[0],
+            at[1],
+            at[2],
+            ASIDE.to_degrees(),
+            AHEAD.to_degrees()
+        ),
+        remedy: "where the tool frame of the controller is turned, write the program in one whose z goes along the wire into the part; a wall that leans is judged as a job with [surface]; or build and measure a short piece"
+            .to_owned(),
+    })
 }
 
 /// The doubt that metal leaves which leans out over all layers below.

@@ -115,9 +115,14 @@ pub(in crate::waam) fn covered(
                     settings.bead.width.value,
                     ROUND,
                 )?;
+                let carrier = intersection(below, &near)?;
+                if carrier.is_empty() {
+                    // over no metal, as where a body hangs free over another, no corner reaches out
+                    return Ok(Vec::new());
+                }
                 let own = intersection(&grown, &near)?;
                 let own = farthest_beyond(&own, &wanted[i - 1].grown)?;
-                let carried = outset(&intersection(below, &near)?, own, ROUND)?;
+                let carried = outset(&carrier, own, ROUND)?;
                 intersection(std::slice::from_ref(piece), &carried)
             });
             room = leans.collect::<Result<Vec<_>, _>>()?.concat();

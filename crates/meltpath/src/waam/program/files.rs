@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Place, Reporter};
 use meltpath_programs::program::Instruction;
-use meltpath_programs::{CellProgramming, Dialect, Parsed, Program, dialect};
+use meltpath_programs::{CellProgramming, Dialect, ParseError, Parsed, Program, dialect, val3};
 
 use crate::waam::program::ProgramStageError;
 
@@ -92,12 +92,18 @@ pub(crate) fn parse_file(
         _ => None,
     };
     let data = data.map(|path| open(&path)).transpose()?;
-    dialect::read(dialect, &open(path)?, data.as_deref(), cell).map_err(|source| {
-        ProgramStageError::Parse {
-            path: path.to_path_buf(),
-            source,
+    let refused = |source| ProgramStageError::Parse {
+        path: path.to_path_buf(),
+        source,
+    };
+    if dialect == Dialect::Val3 {
+        for project in beside_ending(path, "pjx") {
+            if val3::in_inches(&open(&project)?) {
+                return Err(refused(ParseError::InInches));
+            }
         }
-    })
+    }
+    dialect::read(dialect, &open(path)?, data.as_deref(), cell).map_err(refused)
 }
 
 /// Reads a main program and the programs that it calls, to any depth, which lie beside it; with their files.
@@ -199,13 +205,18 @@ fn find_beside(path: &Path, wanted: &str) -> Option<PathBuf> {
 
 /// The only file beside `path` that ends so: a project's data may be called after the project.
 fn only_beside(path: &Path, ending: &str) -> Option<PathBuf> {
+    let mut found = beside_ending(path, ending);
+    (found.len() == 1).then(|| found.swap_remove(0))
+}
+
+/// The files beside `path` that end so, in any case.
+fn beside_ending(path: &Path, ending: &str) -> Vec<PathBuf> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-    let files = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let files = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
     let same = |p: &PathBuf| {
         p.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
-    let mut found = files.flatten().map(|e| e.path()).filter(same);
-    let first = found.next()?;
-    found.next().is_none().then_some(first)
+    let files = files.into_iter().flatten().flatten();
+    files.map(|e| e.path()).filter(same).collect()
 }

@@ -43,7 +43,11 @@ pub(in crate::waam) fn packed(
     let bytes = write_spatial(toolpath, part, smoothing, Cursor::new(Vec::new()))?.into_inner();
     let read = read_spatial(Cursor::new(&bytes));
     match read {
-        Ok(read) if read.found.is_empty() && lays_the_same(&read.toolpath, toolpath) => Ok(bytes),
+        Ok(read)
+            if read.found.iter().all(|f| !f.shapes) && lays_the_same(&read.toolpath, toolpath) =>
+        {
+            Ok(bytes)
+        }
         _ => Err(ProgramStageError::Unfaithful),
     }
 }

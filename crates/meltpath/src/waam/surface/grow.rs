@@ -189,7 +189,18 @@ pub(crate) fn outcomes(
     let pass = |points: &[LaidPoint]| {
         let number = layer(points.first()?)?;
         let inner = inner(points, plan, number, settings.bead.width.value);
-        let own = outcome((number, ends(number)), (points, &inner), commands, settings);
+        let ends = ends(number);
+        let planned = |p: &LaidPoint| {
+            let thick = plan.thickness.as_ref();
+            let there = thick.and_then(|t| t.at(number, p.tool));
+            there.unwrap_or(ends[1] - ends[0])
+        };
+        let own = outcome(
+            (number, ends),
+            (points, &inner),
+            &planned,
+            (commands, settings),
+        );
         // a layer too narrow to have an inside is as flat as its beads, as a wall is
         let whole = metal.flatness.iter().find(|f| f.0 == number);
         Some(LayerOutcome {
@@ -230,12 +241,12 @@ fn inner(points: &[LaidPoint], plan: &SurfacePlan, number: u32, width: f64) -> V
     }
 }
 
-/// What was predicted of one pass.
+/// What was predicted of one pass, which is as thick as `planned` says at a point, mm.
 fn outcome(
     (number, [bottom, planned_top]): (u32, [f64; 2]),
     (points, inner): (&[LaidPoint], &[LaidPoint]),
-    commands: &Commands,
-    settings: &Settings,
+    planned: &dyn Fn(&LaidPoint) -> f64,
+    (commands, settings): (&Commands, &Settings),
 ) -> LayerOutcome {
     let (nominal, width) = (settings.deposit.nominal_ctwd, settings.bead.width.value);
     let mean = |f: &dyn Fn(&LaidPoint) -> f64| {
@@ -243,15 +254,17 @@ fn outcome(
     };
     // how much higher than planned the metal stands on the bead's axis, along the torch
     let height = planned_top - bottom;
-    let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - height;
+    let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - planned(p);
+    // as thick as it would be where the layer has its mean height
+    let thick = |p: &LaidPoint| p.thickness * height / planned(p);
     let place = |p: &LaidPoint| tube_place(p, commands);
     let nearer = |a: &&LaidPoint, b: &&LaidPoint| a.ctwd.total_cmp(&b.ctwd);
     let ends = points
         .iter()
         .min_by(nearer)
         .zip(points.iter().max_by(nearer));
-    let thickness = mean(&|p| p.thickness);
-    let thickest = mean_along(inner, |p| (p.bead, p.tool, p.thickness), width)
+    let thickness = mean(&thick);
+    let thickest = mean_along(inner, |p| (p.bead, p.tool, thick(p)), width)
         .into_iter()
         .zip(inner)
         .max_by(|a, b| a.0.total_cmp(&b.0));

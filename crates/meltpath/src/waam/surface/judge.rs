@@ -34,7 +34,13 @@ pub(super) fn checks(
             checks.extend(opening(plan));
             checks
         }
-        Ground::Body(_) => vec![onto::stretch(plan, asked)],
+        Ground::Body(_) => {
+            let thickness = plan.thickness.as_ref();
+            let thickness = thickness.and_then(|t| t.check(&plan.passes, settings));
+            std::iter::once(onto::stretch(plan, asked))
+                .chain(thickness)
+                .collect()
+        }
     };
     checks.push(tilt(plan, settings, turned));
     checks
@@ -201,46 +207,7 @@ pub(super) fn facts(
         ),
     ];
     facts.extend(onto::coverage(plan));
-    if let Some(even) = evenness(
-        &plan.passes,
-        asked.spacing,
-        asked.spacing_limit * asked.spacing,
-    ) {
-        let words = |d: &Distribution| {
-            let [low, middle, high] = d.quantiles;
-            format!(
-                "{:.3} to {:.3} mm; 5, 50 and 95 % of the length below {low:.3}, {middle:.3} and {high:.3}",
-                d.least.value, d.greatest.value
-            )
-        };
-        let spacing = Measure::exact(even.spacing.mean, "mm");
-        facts.push(
-            Fact::new(
-                "spacing-laid",
-                "distance from the points that passes were laid from, mean",
-                spacing,
-                &words(&even.spacing),
-            )
-            .at(place(&even.deviation)),
-        );
-        if let Some(near) = nearest(plan, asked) {
-            let mean = Measure::exact(near.mean, "mm");
-            let fact = Fact::new(
-                "spacing-nearest",
-                "distance from the nearest place of the pass before, mean",
-                mean,
-                &words(&near),
-            );
-            facts.push(fact.at(place(&near.least)));
-        }
-        let ratio = Fact::new(
-            "thickness-ratio",
-            "widest over closest place of one pass: how much the bead's height would have to vary",
-            Measure::exact(even.ratio.value, ""),
-            "",
-        );
-        facts.push(ratio.at(place(&even.ratio)));
-    }
+    facts.extend(evenness_facts(plan, asked));
     if let Some(turned) = turned {
         facts.push(turned.fact());
     } else if let Leaning::Along(d) = leaning(plan, settings) {
@@ -278,5 +245,54 @@ pub(super) fn facts(
         minutes("time-pause", "time of pauses", summary.pause_time),
         minutes("time-total", "time in all", summary.total_time),
     ]);
+    facts
+}
+
+/// How evenly passes lie; nothing where no pass has one before it.
+fn evenness_facts(plan: &SurfacePlan, asked: &Asked) -> Vec<Fact> {
+    let tolerance = asked.spacing_limit * asked.spacing;
+    let Some(even) = evenness(&plan.passes, asked.spacing, tolerance) else {
+        return Vec::new();
+    };
+    let words = |d: &Distribution| {
+        let [low, middle, high] = d.quantiles;
+        format!(
+            "{:.3} to {:.3} mm; 5, 50 and 95 % of the length below {low:.3}, {middle:.3} and {high:.3}",
+            d.least.value, d.greatest.value
+        )
+    };
+    let spacing = Measure::exact(even.spacing.mean, "mm");
+    let mut facts = vec![
+        Fact::new(
+            "spacing-laid",
+            "distance from the points that passes were laid from, mean",
+            spacing,
+            &words(&even.spacing),
+        )
+        .at(place(&even.deviation)),
+    ];
+    if let Some(near) = nearest(plan, asked) {
+        let mean = Measure::exact(near.mean, "mm");
+        let fact = Fact::new(
+            "spacing-nearest",
+            "distance from the nearest place of the pass before, mean",
+            mean,
+            &words(&near),
+        );
+        facts.push(fact.at(place(&near.least)));
+    }
+    let title = match plan.thickness {
+        Some(_) => "thickest over thinnest place of one layer: travel speeds follow it",
+        None => {
+            "widest over closest place of one pass: how much the bead's height would have to vary"
+        }
+    };
+    let ratio = Fact::new(
+        "thickness-ratio",
+        title,
+        Measure::exact(even.ratio.value, ""),
+        "",
+    );
+    facts.push(ratio.at(place(&even.ratio)));
     facts
 }

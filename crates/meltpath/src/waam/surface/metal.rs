@@ -12,15 +12,11 @@ use super::grow::{Grown, Metal, outcomes, tube_place};
 use super::onto;
 use super::plan::{Ground, SurfacePlan};
 use crate::waam::deposit::tube;
-use crate::waam::judge::doubt::{self, Doubt};
+use crate::waam::judge::doubt::{self, AHEAD, ASIDE, Doubt};
 use crate::waam::judge::{TubePlace, layer_checks};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
 
-/// The torch may lean so far aside from the wall before its bead is lopsided, rad: 10°.
-const ASIDE: f64 = 0.175;
-/// The torch may point so far ahead or back before a bead's height is no longer that of an upright one, rad: 15°, as was tried.
-const AHEAD: f64 = 0.262;
 /// A bead may hang free over this share of its width.
 const FREE: f64 = 0.5;
 
@@ -166,7 +162,12 @@ fn doubts(grown: &Grown, plan: &SurfacePlan, settings: &Settings) -> Vec<Doubt> 
             "lay fewer passes (layers.count), or a part of the surface at a time (surface.faces)"
                 .to_owned(),
     });
-    lean(plan).into_iter().chain(room).chain(corners).collect()
+    lean(plan)
+        .into_iter()
+        .chain(room)
+        .chain(corners)
+        .chain(doubt::of_standing(settings))
+        .collect()
 }
 
 /// A torch that leans from the wall by more than any bead was tried at.

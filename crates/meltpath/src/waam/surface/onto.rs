@@ -11,14 +11,9 @@ use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 use super::Asked;
 use super::plan::{OntoMeshes, SurfacePlan};
 use super::pores::Solid;
-use crate::waam::deposit::target::{SurfacePoint, lattice};
+use crate::waam::deposit::stock::{SurfacePoint, points, reach, stock};
 use crate::waam::judge::GrowthError;
 use crate::waam::settings::Settings;
-
-/// Distance between the points at which stock is measured, mm.
-const SPACING: f64 = 2.0;
-/// Stock is looked for as far as so many allowances, and so far at least, mm.
-const REACH: (f64, f64) = (3.0, 10.0);
 
 /// Layers that cannot be unrolled: how far the distances between beads are off.
 pub(super) fn stretch(plan: &SurfacePlan, asked: &Asked) -> Check {
@@ -92,13 +87,17 @@ pub(super) fn part_checks(
         Measure::new(share(lack), share(low - lack), "%"),
         Limit::AtMost(100.0 * settings.limits.lack),
     );
-    let points = lattice(&meshes.part, SPACING);
+    let points = points(&meshes.part, built.cell());
     // where the part is less than half a layer out of the body nothing is laid
     let least = 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing);
     let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
-    let reach = (REACH.0 * settings.allowance).max(REACH.1);
+    let reach = reach(settings.allowance);
+    let step = 0.25 * built.cell();
     let found: Vec<(f64, SurfacePoint)> = free
-        .map(|p| (stock(&solid, &p, far(p.position).1, reach), p))
+        .map(|p| {
+            let growing = far(p.position).1;
+            (stock(&p, |at| solid.closed(at, growing), step, reach), p)
+        })
         .collect();
     let thinnest = found.iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let mut checks = vec![lack];
@@ -179,17 +178,4 @@ impl Wanted {
         let slabs: Vec<[f64; 3]> = (0..count[2]).into_par_iter().map(slab).collect();
         [0, 1, 2].map(|n| slabs.iter().map(|s| s[n]).sum::<f64>() * cell.powi(3))
     }
-}
-
-/// Metal over a point of the part's surface along its normal, mm; below zero where it is missing.
-fn stock(built: &Solid<'_>, point: &SurfacePoint, growing: DVec3, reach: f64) -> f64 {
-    let step = 0.25 * built.metal.cell();
-    let solid = |p: DVec3| built.closed(p, growing);
-    let bare = !solid(point.position);
-    let direction = if bare { -point.normal } else { point.normal };
-    let mut far = 0.0;
-    while far < reach && solid(point.position + far * direction) != bare {
-        far += step;
-    }
-    if bare { -far } else { far }
 }

@@ -6,7 +6,7 @@ use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::distance::Distance;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
-use meltpath_planning::onto::{Onto, OntoError, OntoLayer, OntoPlan, OntoSettings};
+use meltpath_planning::onto::{Onto, OntoError, OntoLayer, OntoPlan, OntoSettings, ToTop};
 use meltpath_planning::surface::{
     Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
     SurfaceSettings, SurfaceStrategy, Torch, layers, paced_layers, plan_mesh, plan_patch,
@@ -15,12 +15,14 @@ use meltpath_planning::surface::{
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::{Layer, Role, Toolpath};
 
-use super::{Asked, BaseAsked, WallAsked};
+use super::thickness::{Thickness, thickness_paces};
+use super::{Asked, BaseAsked, Shape, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
 use crate::waam::plan::heights::{grown, over_faces};
 use crate::waam::plan::{ROUNDED_OFF, profile};
 use crate::waam::settings::Settings;
+use crate::waam::settings::bead::PER_MINUTE;
 
 /// Layers that are not flat: a wall along a surface, or filled layers on a body.
 #[derive(Debug)]
@@ -29,8 +31,10 @@ pub struct SurfacePlan {
     pub toolpath: Toolpath,
     /// Where each pass ends on the surface, in the order in which they are laid.
     pub passes: Vec<SurfacePass>,
-    /// Heights of the layers from the first on, mm; the last one repeats.
+    /// Heights of the layers from the first on, mm, in the mean where they are not the same everywhere; the last one repeats.
     pub heights: Vec<f64>,
+    /// Of layers that go to the top of a part, how thick they are where.
+    pub thickness: Option<Thickness>,
     /// What it stands on.
     pub ground: Ground,
     /// How the torch is held.
@@ -62,6 +66,8 @@ pub struct OntoMeshes {
     pub part: Mesh,
     /// As it is now.
     pub body: Mesh,
+    /// The faces of the part that are its top, where they are named.
+    pub top: Option<Mesh>,
 }
 
 impl OntoMeshes {
@@ -109,6 +115,16 @@ pub enum SurfacePlanError {
     Narrow {
         /// Four pools, mm.
         least: f64,
+    },
+    /// What is to be laid on a body lies below what it stands on.
+    #[error(
+        "layers would lie {depth:.1} mm below the table that the body stands on, lowest at ({:.1}, {:.1}, {:.1}) mm of the build: the part reaches out of the body there, or its allowance does; turn the body (build_direction) so that what grows looks up or to the side, cut off what of the part comes out at the underside, or name the robot and hold the body over its table (machine.place, machine.holders)", .at.x, .at.y, .at.z
+    )]
+    BelowTable {
+        /// How far, mm.
+        depth: f64,
+        /// The lowest place, mm.
+        at: DVec3,
     },
     /// No side of the face lies on the base.
     #[error("no side of the face lies on the base: the nearest one is {gap:.3} mm away at ({:.3}, {:.3}, {:.3}) mm of the build; move surface.base, or write strategy = \"distance\"", .at.x, .at.y, .at.z)]
@@ -165,6 +181,7 @@ pub fn plan_wall(
         toolpath: toolpath(layers(&passes, &torch, asked.spacing), settings),
         passes,
         heights: vec![asked.spacing],
+        thickness: None,
         ground: Ground::Base(base),
         torch,
         ends: found.ends,
@@ -184,7 +201,20 @@ pub fn plan_layers(
     settings: &Settings,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<SurfacePlan, SurfacePlanError> {
-    let mut heights = vec![asked.spacing];
+    let least = 0.5 * asked.spacing;
+    above_table(
+        lowest(&meshes, least, settings.allowance),
+        (least, settings),
+    )?;
+    let to_top = match &asked.shape {
+        Shape::Onto(onto) if onto.top.is_some() => Some(to_top(meshes.top.as_ref(), settings)),
+        Shape::Onto(_) | Shape::Wall(_) => None,
+    };
+    let mut heights = vec![match to_top {
+        // a height that is written says how many layers, not what beads grow to
+        Some(_) => settings.bead.area.value / settings.stepover.value,
+        None => asked.spacing,
+    }];
     let onto = {
         let reach = meshes.reach();
         let over = over_faces(reach, asked.spacing, 0.0, settings);
@@ -195,16 +225,25 @@ pub fn plan_layers(
             inside: ROUNDED_OFF * settings.bead.width.value,
             chord_error: settings.chord_error,
             count: settings.count,
+            top: to_top,
         };
         Onto::new(&meshes.part, &meshes.body, asked.spacing, how)?
     };
     let mut found = onto.plan(&heights, reporter, observer)?;
-    if asked.grows {
+    // a thickness is kept by speeds, and those follow from what beads grow to
+    if asked.grows || to_top.is_some() {
         for _ in 0..GROWN {
-            heights = growth(&found, settings)?;
+            let grown = growth(&found, settings)?;
+            if grown == heights {
+                break;
+            }
+            heights = grown;
             found = onto.plan(&heights, reporter, observer)?;
         }
     }
+    let laid = found.beads.iter().flat_map(|b| &b.pass.points);
+    let laid: Vec<DVec3> = laid.map(|p| p.position).collect();
+    above_table(laid, (least, settings))?;
     let torch = torch(asked, DVec3::Z, settings);
     let how: Vec<(Role, Vec<Option<f64>>)> = found
         .beads
@@ -212,6 +251,15 @@ pub fn plan_layers(
         .map(|b| (b.role, b.speeds.clone()))
         .collect();
     let passes: Vec<SurfacePass> = found.beads.into_iter().map(|b| b.pass).collect();
+    let thickness = to_top.map(|to| {
+        let able = heights.iter().map(|grown| to.able(*grown)).collect();
+        Thickness::new(&passes, able, to.paces, settings.bead.width.value)
+    });
+    if thickness.is_some() {
+        let tops = found.layers.iter().map(|l| l.top);
+        let below = std::iter::once(0.0).chain(tops.clone());
+        heights = tops.zip(below).map(|(top, bottom)| top - bottom).collect();
+    }
     let paced = |i: usize| {
         how.get(i)
             .map_or((Role::Fill, &[][..]), |h| (h.0, &h.1[..]))
@@ -223,6 +271,7 @@ pub fn plan_layers(
         ),
         passes,
         heights,
+        thickness,
         ground: Ground::Body(Box::new(meshes)),
         torch,
         ends: Vec::new(),
@@ -230,6 +279,61 @@ pub fn plan_layers(
         openings: Vec::new(),
         layers: found.layers,
     })
+}
+
+/// Corners of what is laid, with their allowance downwards: what reaches out of the body by less than `least` mm is not laid, and the
+/// allowance lies along the body.
+fn lowest(meshes: &OntoMeshes, least: f64, allowance: f64) -> Vec<DVec3> {
+    let body = Distance::new(&meshes.body);
+    let lowered = |p: &DVec3| {
+        let out = body.foot(*p).filter(|f| f.distance > least)?.outward;
+        // on a level face it lies level; there the rest is rounding
+        let down = (-DVec3::Z).reject_from_normalized(out);
+        let share = if down.length() > 1e-3 { allowance } else { 0.0 };
+        Some(*p + share * down.normalize_or_zero())
+    };
+    meshes.part.vertices.iter().filter_map(lowered).collect()
+}
+
+/// Whether places that metal is laid at lie above what the body stands on, but for `least` mm.
+///
+/// # Errors
+/// [`SurfacePlanError::BelowTable`] with the lowest.
+fn above_table(
+    places: Vec<DVec3>,
+    (least, settings): (f64, &Settings),
+) -> Result<(), SurfacePlanError> {
+    let heights = places.into_iter();
+    let heights = heights.filter_map(|at| Some((over_table(at, settings)?, at)));
+    match heights.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((height, at)) if height < -least => {
+            Err(SurfacePlanError::BelowTable { depth: -height, at })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// How high a place of the build lies over the table, mm: without a robot the body stands on it, on z = 0. Nothing beside the table, where
+/// the robot's file does not say how large it is, or where the robot holds the part.
+fn over_table(at: DVec3, settings: &Settings) -> Option<f64> {
+    let Some(cell) = &settings.robot else {
+        return Some(at.z);
+    };
+    let table = cell.shapes.as_ref()?.table?;
+    let at = cell.carrier_from_part.point(at);
+    let within = 2.0 * at.x.abs() <= table.size[0] && 2.0 * at.y.abs() <= table.size[1];
+    (cell.arrangement == Arrangement::TorchOnRobot && within).then_some(at.z)
+}
+
+/// Layers from the body to the top, at speeds at which beads keep their shape and of which the process map knows.
+fn to_top<'a>(sheet: Option<&'a Mesh>, settings: &Settings) -> ToTop<'a> {
+    let (slowest, fastest) = settings.map.validity.travel_speed;
+    let known = [slowest, fastest].map(|v| v / PER_MINUTE);
+    ToTop {
+        sheet,
+        paces: thickness_paces(settings.bead.travel_speed, known),
+        known,
+    }
 }
 
 /// How often layers are planned anew at the heights to which the last plan's beads would grow: the first moves them by some tenths, the

@@ -86,6 +86,7 @@ fn read(
                 unit: settings.part_unit,
                 up: settings.up,
                 chord_error: settings.chord_error,
+                top: on.faces(),
             };
             Read::Onto(onto::load(
                 &settings.part,
@@ -136,6 +137,7 @@ pub(in crate::waam) fn placed(
             let meshes = OntoMeshes {
                 part: both.part.mesh.clone(),
                 body: both.body.mesh,
+                top: both.top,
             };
             let body = both.body.findings.iter().map(|f| format!("body: {f}"));
             let findings = both.part.findings.into_iter().chain(body).collect();

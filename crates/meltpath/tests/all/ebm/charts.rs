@@ -223,7 +223,10 @@ fn paths_that_cannot_be_meant_are_refused() {
     let micrometres =
         format!("{head}0,0,0,60000,0.005,0.004,1\n60,60000,40000,60000,0.005,0.004,1\n");
     let (told, _) = refused(&micrometres, "");
-    assert!(told.contains("is the path in mm?"), "{told}");
+    says(
+        &told,
+        &["the beam path reaches over 60000 x 40000 mm", "of memory"],
+    );
     let mut many = head.to_owned();
     for n in 0..90 {
         writeln!(

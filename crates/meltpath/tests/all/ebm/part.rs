@@ -181,7 +181,8 @@ fn a_layer_that_hangs_over_is_judged_on_the_reference_solver() {
     };
     let [powder, metal] = [0.0..0.6, 1.5..2.5].map(difference);
     println!("over powder {powder:.1} K hotter than over metal, beside it {metal:.2} K");
-    assert!(powder > 2.0 && metal.abs() < 0.5, "{powder} {metal}");
+    // tiles are cut and stepped by how hot they are: that moves the mean by 0.05 % of the rise, here 1.4 K
+    assert!(powder > 10.0 && metal.abs() < 2.0, "{powder} {metal}");
     assert_eq!(other.runs[0].classes, judged.runs[0].classes);
     // on charts too the good body lies on metal
     let classes = |outcome: Outcome| outcome.preview.unwrap().classes;

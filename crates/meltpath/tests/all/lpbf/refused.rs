@@ -333,3 +333,29 @@ fn mirrors_that_leave_their_travel_are_told() {
     let verdict = job.verdict(dir.path(), "out");
     says(&verdict, &["the X mirror turns to", "strikes its stop"]);
 }
+
+/// Cells and margins of which no map could be made are told before anything is simulated, at the one that is a slip.
+#[test]
+fn maps_that_cannot_be_made_are_told_before() {
+    let dir = tempfile::tempdir().unwrap();
+    for (heat, said) in [
+        ("cell = \"1 nm\"", "heat.cell: a map"),
+        ("margin = \"1000 m\"", "heat.margin: a map"),
+    ] {
+        let rest = format!("[heat]\n{heat}");
+        let job = Job {
+            rest: &rest,
+            told_before: true,
+            ..Job::default()
+        };
+        says(&job.refused(dir.path()), &[said, "million cells"]);
+    }
+}
+
+/// The waist in place of what leaves the lens.
+#[test]
+fn a_waist_that_melts_nothing_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = own_head(dir.path(), &with(THREE, "waist", "40 mm"));
+    says(&told, &["beam.waist is 40 mm"]);
+}

@@ -1,0 +1,102 @@
+//! Lengths and limits of an arm that none has: most often a slip of the unit.
+
+use std::f64::consts::TAU;
+use std::fmt::Display;
+
+use meltpath_base::Length;
+use meltpath_base::settings::{Problem, Setting};
+
+use super::file::{ArmTable, JointsTable};
+use crate::kinematics::Limits;
+
+/// No arm has a link longer than this, mm: twice the reach of the longest that are sold.
+const LONGEST: f64 = 10_000.0;
+/// No arm turns a joint farther to a side, turns: the last axes of arms that turn without end are told with a handful.
+const MOST_TURNS: f64 = 10.0;
+
+/// What is wrong with the order of two limits, and what to do; nothing where the lesser one is below.
+pub(super) fn order(low: f64, high: f64) -> Option<(&'static str, &'static str)> {
+    if low > high {
+        Some(("the limits are swapped", "write the lesser one in low"))
+    } else if low < high {
+        None
+    } else {
+        Some((
+            "the limits are equal",
+            "write the least value in low and the greatest in high; for an axis that stands, a little to both sides of where it does",
+        ))
+    }
+}
+
+/// Tells limits that are swapped or equal.
+pub(super) fn told<T>(
+    written: &Setting<T>,
+    of: &str,
+    (low, high): (impl Display, impl Display),
+    (what, help): (&str, &str),
+) -> Problem {
+    let message = format!("{of} goes from {low} to {high}: {what}");
+    written.problem(message).help(help)
+}
+
+/// Joints that turn farther than any arm's.
+pub(super) fn turns(joints: &JointsTable, limits: &[Limits; 6]) -> Vec<Problem> {
+    let far = |l: &Limits| l.low.abs().max(l.high.abs()) / TAU > MOST_TURNS;
+    let all = limits.iter().enumerate().filter(|(_, l)| far(l));
+    all.map(|(i, l)| {
+        let [low, high] = [l.low, l.high].map(|v| v / TAU);
+        let message = format!(
+            "joint {} goes from {low:.1} to {high:.1} turns: no arm turns a joint farther than {MOST_TURNS} to a side",
+            i + 1
+        );
+        let help = format!(
+            "are degrees meant, and rad written? Then \"{:.0} deg\" and \"{:.0} deg\"; of a joint without an end write \"-3600 deg\" and \"3600 deg\"",
+            l.low, l.high
+        );
+        joints.high.problem(message).help(help)
+    })
+    .collect()
+}
+
+/// Links that are longer than any arm's.
+pub(super) fn lengths(arm: &ArmTable) -> Vec<Problem> {
+    let links = [
+        &arm.shoulder_height,
+        &arm.shoulder_forward,
+        &arm.arm_aside,
+        &arm.upper_arm,
+        &arm.forearm_above_elbow,
+        &arm.forearm,
+        &arm.wrist_aside,
+        &arm.wrist_offset,
+        &arm.flange,
+    ];
+    let written = links.into_iter().filter_map(|l| Some((l, (**l)?)));
+    let long = |length: Length| length.0.abs() > LONGEST;
+    let mut problems: Vec<Problem> = written
+        .filter(|(_, length)| long(*length))
+        .map(|(link, length)| told_long(link, &link.name, length))
+        .collect();
+    for (i, axis) in arm.axes.iter().enumerate() {
+        let longest = axis.position.iter().find(|l| long(**l));
+        problems.extend(longest.map(|length| {
+            let of = format!("the position of axis {} of {}", i + 1, arm.axes.name);
+            told_long(&axis.position, &of, *length)
+        }));
+    }
+    problems
+}
+
+fn told_long<T>(written: &Setting<T>, of: &str, length: Length) -> Problem {
+    let metres = length.0 / 1000.0;
+    let message = format!(
+        "{of} is {metres} m: no arm has a link longer than {} m",
+        LONGEST / 1000.0
+    );
+    let help = if metres.abs() < LONGEST {
+        format!("are millimetres meant, and metres written? Then \"{metres} mm\"")
+    } else {
+        "write the length of the drawing, with its unit".to_owned()
+    };
+    written.problem(message).help(help)
+}

@@ -1,0 +1,89 @@
+//! What a material file says, and what of it is refused.
+
+use super::*;
+
+const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
+
+#[test]
+fn everything_wrong_is_told_with_its_place() {
+    let text = TITANIUM
+        .replacen("unit = \"J/kg\"", "unit = \"kcal/kg\"", 1)
+        .replacen("[solidus]", "[solidus]\ncolour = 1", 1)
+        .replacen("value = 0.74", "value = \"74 %\"", 1);
+    let mut mended = text.clone();
+    let problems = read(&text, Readings::default()).unwrap_err().0;
+    let told: Vec<&str> = problems
+        .iter()
+        .map(|p| &text[p.span.clone().unwrap()])
+        .collect();
+    assert_eq!(told, ["colour", "\"kcal/kg\"", "\"74 %\""], "{problems:?}");
+    for problem in problems.iter().rev() {
+        if let (Some(fix), Some(span)) = (&problem.fix, problem.span.clone()) {
+            mended.replace_range(span, fix);
+        }
+    }
+    let mended = mended
+        .replacen("colour = 1\n", "", 1)
+        .replacen("kcal/kg", "J/kg", 1);
+    assert_eq!(
+        read(&mended, Readings::default()).unwrap(),
+        read(TITANIUM, Readings::default()).unwrap()
+    );
+}
+
+#[test]
+fn an_unlisted_source_is_refused() {
+    let text = TITANIUM.replacen("source = \"iupac-2021\"", "source = \"iupac-2012\"", 1);
+    let problems = read(&text, Readings::default()).unwrap_err().0;
+    assert_eq!(problems.len(), 1);
+    assert_eq!(&text[problems[0].span.clone().unwrap()], "\"iupac-2012\"");
+    assert_eq!(problems[0].fix.as_deref(), Some("\"iupac-2021\""));
+}
+
+#[test]
+fn laws_that_do_not_reach_the_melt_are_refused() {
+    let text = TITANIUM.replacen("[750.0, 3000.0]", "[750.0, 1650.0]", 1);
+    let error = read(&text, Readings::default()).unwrap_err().to_string();
+    assert!(error.contains("above the liquidus, 1665 °C"), "{error}");
+    assert_eq!(sources(TITANIUM).unwrap().len(), 7);
+}
+
+#[test]
+fn readings_change_what_they_say() {
+    let read = |readings| read(TITANIUM, readings).unwrap();
+    let at = 750.0 + CELSIUS;
+    let printed = read(Readings {
+        porosity: PorosityReading::PrintedAsDensity,
+        ..Readings::default()
+    });
+    assert!((printed.relative_density(at) - 0.3725).abs() < 1e-12);
+    let swapped = read(Readings {
+        density: DensityReading::Printed,
+        ..Readings::default()
+    });
+    assert!(swapped.density(1700.0 + CELSIUS) > 4100.0);
+    assert!((read(Readings::default()).density(at) - 4308.75).abs() < 1e-9);
+    let loose = read(Readings {
+        powder_conductivity: Some(0.15),
+        ..Readings::default()
+    });
+    let [a, b] = loose.powder_conduction();
+    assert!((a + b * 0.62 - 0.15).abs() < 1e-12 && (a + b - 1.0).abs() < 1e-12);
+}
+
+/// Densities in g/cm³ and conductivities per millimetre, as if they were in the units that the file names.
+#[test]
+fn slips_of_a_thousand_are_told() {
+    let text = meltpath_data::materials::IN718_LASER.text;
+    for (right, slip, said) in [
+        ("[8170.0]", "[8.17]", "density is 8.17 kg/m³"),
+        ("[30.0]", "[0.03]", "conductivity is 0.03 W/(m·K)"),
+        ("[775.0]", "[0.775]", "specific_heat is 0.775 J/(kg·K)"),
+    ] {
+        assert!(text.contains(right), "{right}");
+        let told = super::read(&text.replace(right, slip), Readings::default());
+        let told = &told.unwrap_err().0[0];
+        assert!(told.to_string().contains(said), "{told}");
+        assert!(told.span.is_some(), "{told}");
+    }
+}
