@@ -184,6 +184,34 @@ impl Distance {
     }
 }
 
+/// Closed meshes that may reach into each other, as the one body that they are together.
+#[derive(Debug)]
+pub struct Union {
+    meshes: Vec<Distance>,
+}
+
+impl Union {
+    /// Of meshes; copies are kept.
+    pub fn new<'a>(meshes: impl IntoIterator<Item = &'a Mesh>) -> Self {
+        Union {
+            meshes: meshes.into_iter().map(Distance::new).collect(),
+        }
+    }
+
+    /// The nearest place; `None` of nothing, or where the point is not finite. Inside, where meshes reach into each other, the surface may
+    /// be farther than it says.
+    pub fn foot(&self, p: DVec3) -> Option<Foot> {
+        self.nearest(p).map(|(_, foot)| foot)
+    }
+
+    /// The same with the number of the mesh that it is on, from 0.
+    pub fn nearest(&self, p: DVec3) -> Option<(usize, Foot)> {
+        let each = self.meshes.iter().enumerate();
+        let feet = each.filter_map(|(i, mesh)| Some((i, mesh.foot(p)?)));
+        feet.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))
+    }
+}
+
 impl Foot {
     fn from(on: On, p: DVec3) -> Self {
         let away = p - on.point;
@@ -251,6 +279,27 @@ mod tests {
         }
         let beside = near.foot(DVec3::new(-3.0, 2.0, 1.0)).unwrap();
         assert!((beside.distance.abs() - 3.0).abs() < 1e-12, "{beside:?}");
+    }
+
+    /// A bar through a plate: outside of both the nearest place is that of the nearer, and what is inside of one is inside.
+    #[test]
+    fn meshes_that_reach_into_each_other_are_one_body() {
+        let plate = shapes::cuboid(DVec3::new(0.0, 0.0, -5.0), DVec3::new(40.0, 40.0, 0.0));
+        let bar = shapes::cuboid(DVec3::new(15.0, 15.0, -3.0), DVec3::new(25.0, 25.0, 30.0));
+        let both = Union::new([&plate, &bar]);
+        let at = |x: f64, z: f64| both.nearest(DVec3::new(x, 20.0, z)).unwrap();
+        for (x, z, mesh, distance, outward) in [
+            (10.0, 2.0, 0, 2.0, DVec3::Z),
+            (10.0, 12.0, 1, 5.0, DVec3::NEG_X),
+            (20.0, 33.0, 1, 3.0, DVec3::Z),
+        ] {
+            let (number, foot) = at(x, z);
+            assert_eq!((number, foot.distance, foot.outward), (mesh, distance, outward));
+        }
+        // in the bar over the plate, and in both
+        assert_eq!(at(17.0, 10.0).1.distance, -2.0);
+        assert!(at(20.0, -1.0).1.distance < 0.0);
+        assert_eq!(Union::new([]).foot(DVec3::ZERO), None);
     }
 
     #[test]

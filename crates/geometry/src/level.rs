@@ -89,6 +89,11 @@ impl Sampled {
         Ok(sampled)
     }
 
+    /// Side of the cells, mm.
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
     fn point(&self, i: usize) -> DVec3 {
         let [nx, ny, _] = self.count;
         let at = [i % nx, i / nx % ny, i / (nx * ny)];

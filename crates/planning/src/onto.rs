@@ -22,6 +22,7 @@ mod shape;
 mod top;
 
 pub use error::OntoError;
+pub use layers::touches;
 pub use lift::{OntoBead, TopPlace};
 pub use plan::{Onto, OntoLayer, OntoPlan};
 pub use settings::{OntoSettings, ToTop};

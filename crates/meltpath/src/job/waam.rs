@@ -183,6 +183,8 @@ table! {
     pub struct OntoTable {
         /// The body as it is now, in the coordinates of the part file: STEP, STL or 3MF.
         body: File => required;
+        /// Further parts, each of which grows out of the body and of the parts before it, in a direction of its own: branches, bosses on a trunk.
+        then: Vec<File> => default([], "the part alone");
         /// The top of what grows, where layers are to go from the body to it: so many everywhere, thicker where there is more between the
         /// two, and laid the slower. Faces of a STEP part, by the numbers that `meltpath inspect` shows, or "auto".
         top: Auto<Vec<u32>> => none("layers at one distance from the body, of which the last end where the part does");
@@ -429,6 +431,12 @@ impl WaamJob {
                 self.onto
                     .problem("onto.top names no face")
                     .help("write top = \"auto\" for what of the part looks away from the body, or leave it out for layers at one distance from the body"),
+            ),
+            (
+                self.onto.as_ref().is_some_and(|t| !t.then.is_empty() && matches!(&*t.top, Some(Auto::Value(_)))),
+                self.onto
+                    .problem("onto.top names faces, and onto.then further parts: faces have the numbers of one file")
+                    .help("write top = \"auto\", which is what of each part looks away from what it grows out of; or leave it out"),
             ),
             (
                 !self.machine.holders.is_empty() && !surface && !onto,

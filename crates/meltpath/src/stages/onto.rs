@@ -1,4 +1,4 @@
-//! A part that grows out of a body which is there already: both read, placed alike, with the body on z = 0.
+//! Parts that grow out of a body which is there already, one after the other: all read, placed alike, with the body on z = 0.
 
 use std::path::Path;
 
@@ -11,20 +11,53 @@ use super::part::{self, Part, PartError};
 use super::sheet;
 use crate::job::PartUnit;
 
-/// A part and the body that it grows out of.
+/// Parts and the body that they grow out of.
 #[derive(Debug, Clone)]
 pub struct Onto {
-    /// As it is to be, or what is to be added alone.
-    pub part: Part,
+    /// As they are to be, or what is to be added alone, in the order in which they are built.
+    pub parts: Vec<Part>,
     /// As it is now.
     pub body: Part,
-    /// The faces of the part that are its top, where they are named.
+    /// The faces of the first part that are its top, where they are named.
     pub top: Option<Mesh>,
-    /// From the coordinates of both files.
+    /// From the coordinates of the files.
     pub build_from_file: DAffine3,
 }
 
-/// How both files are read.
+impl Onto {
+    /// The names of the parts.
+    pub fn name(&self) -> String {
+        let names: Vec<&str> = self.parts.iter().map(|p| p.name.as_str()).collect();
+        names.join(", ")
+    }
+
+    /// The parts as one mesh, in which they may reach into each other.
+    pub fn whole(&self) -> Mesh {
+        let mut whole = Mesh::default();
+        for Part { mesh, .. } in &self.parts {
+            let first = whole.vertices.len() as u32;
+            whole.vertices.extend(&mesh.vertices);
+            let moved = mesh.triangles.iter().map(|t| t.map(|v| v + first));
+            whole.triangles.extend(moved);
+        }
+        whole
+    }
+
+    /// What was found in the files, in words; of several parts with their names.
+    pub fn findings(&self) -> Vec<String> {
+        let of = |part: &Part| -> Vec<String> {
+            let named = |f: &String| match self.parts.len() {
+                1 => f.clone(),
+                _ => format!("{}: {f}", part.name),
+            };
+            part.findings.iter().map(named).collect()
+        };
+        let body = self.body.findings.iter().map(|f| format!("body: {f}"));
+        self.parts.iter().flat_map(of).chain(body).collect()
+    }
+}
+
+/// How the files are read.
 #[derive(Debug, Clone, Copy)]
 pub struct How<'a> {
     /// Unit of files that carry none.
@@ -33,16 +66,16 @@ pub struct How<'a> {
     pub up: DVec3,
     /// Chord error of meshes made of faces, mm.
     pub chord_error: f64,
-    /// Numbers of faces of the part, from 1, that are its top; nothing where none are named.
+    /// Numbers of faces of the first part, from 1, that are its top; nothing where none are named.
     pub top: Option<&'a [u32]>,
 }
 
-/// Reads, repairs and places a part and its body, which are in the same coordinates.
+/// Reads, repairs and places parts and their body, which are in the same coordinates.
 ///
 /// # Errors
 /// [`PartError`], naming the file and what to do.
 pub fn load(
-    part: &Path,
+    parts: &[&Path],
     body: &Path,
     how: How<'_>,
     reporter: &Reporter,
@@ -56,19 +89,25 @@ pub fn load(
             _ => Err(PartError::Overlap(path.to_path_buf())),
         }
     };
-    let named = |faces| sheet::mesh_of(part, faces, how.chord_error, reporter, observer);
-    let mut top = how.top.map(named).transpose()?;
-    let (mut part, mut body) = (read(part)?, read(body)?);
+    let named = |(faces, part): (&[u32], &&Path)| {
+        sheet::mesh_of(part, faces, how.chord_error, reporter, observer)
+    };
+    let mut top = how.top.zip(parts.first()).map(named).transpose()?;
+    let mut all = Vec::with_capacity(parts.len());
+    for part in parts {
+        all.push(read(part)?);
+    }
+    let mut body = read(body)?;
     let build_from_file = part::place(&mut body.mesh, how.up);
     let placed = |mesh: &mut Mesh| {
         for v in &mut mesh.vertices {
             *v = build_from_file.transform_point3(*v);
         }
     };
-    placed(&mut part.mesh);
+    all.iter_mut().for_each(|part| placed(&mut part.mesh));
     top.iter_mut().for_each(placed);
     Ok(Onto {
-        part,
+        parts: all,
         body,
         top,
         build_from_file,

@@ -21,6 +21,7 @@ use crate::waam::judge::checks::program_check;
 use crate::waam::program::toolpath_file;
 use crate::waam::program::wanted::Wanted;
 use crate::waam::settings::named::absent_part;
+use crate::waam::surface::Shape;
 
 /// Warnings of one kind that a verdict tells one by one.
 pub(super) const SHOWN_WARNINGS: usize = 3;
@@ -42,6 +43,11 @@ impl Loaded {
     /// Records the files that the job was read from.
     pub(super) fn record(&self, provenance: &mut Provenance) -> Result<(), WaamError> {
         record_inputs(provenance, &[&self.path, &self.settings.part])?;
+        if let Some(Shape::Onto(onto)) = self.settings.surface.as_ref().map(|asked| &asked.shape) {
+            for file in std::iter::once(&onto.body).chain(&onto.then) {
+                record_inputs(provenance, &[file])?;
+            }
+        }
         for data in &self.settings.own {
             if let Some(file) = data.file.as_deref() {
                 record_inputs(provenance, &[file])?;

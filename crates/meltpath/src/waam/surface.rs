@@ -6,6 +6,7 @@ pub(crate) mod ground;
 pub(crate) mod grow;
 mod held;
 mod judge;
+pub(crate) mod layers;
 mod metal;
 pub(crate) mod onto;
 pub mod plan;
@@ -70,6 +71,8 @@ pub struct WallAsked {
 pub struct OntoAsked {
     /// The file of the body.
     pub body: PathBuf,
+    /// The files of what grows out of body and part, one after the other.
+    pub then: Vec<PathBuf>,
     /// Whether layers go to the top of the part, and what that is.
     pub top: Option<TopAsked>,
 }
@@ -122,7 +125,12 @@ pub(super) fn asked(
                 Auto::Auto => TopAsked::Found,
                 Auto::Value(faces) => TopAsked::Faces(faces.clone()),
             });
-            let shape = Shape::Onto(OntoAsked { body, top });
+            let then = table.then.iter().map(|file| folder.join(&**file));
+            let shape = Shape::Onto(OntoAsked {
+                body,
+                then: then.collect(),
+                top,
+            });
             (shape, *table.torch, *table.tilt, *table.lead)
         }
         (None, None) => return None,

@@ -50,6 +50,11 @@ pub enum OntoError {
         /// Layer height, mm.
         height: f64,
     },
+    /// What layers fill has no closed surface.
+    #[error(
+        "what the layers fill has no closed surface, so that nothing can grow out of it: give the part thicker places, or a larger target.allowance, and what follows as a job of its own"
+    )]
+    Open,
     /// Part and body do not meet.
     #[error("the part does not touch the body: its nearest place ({:.3}, {:.3}, {:.3}) mm is {gap:.3} mm away, more than half a layer; both files are in the same coordinates", .at.x, .at.y, .at.z)]
     Apart {

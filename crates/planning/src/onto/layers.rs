@@ -3,7 +3,7 @@
 
 use meltpath_geometry::Mesh;
 use meltpath_geometry::distance::Distance;
-use meltpath_geometry::level::{Sampled, piece};
+use meltpath_geometry::level::{Sampled, piece, rims};
 use meltpath_geometry::math::DVec3;
 use rayon::prelude::*;
 
@@ -17,6 +17,8 @@ use super::top::known;
 const CELLS: f64 = 3.0;
 /// Steps of the way from the body to the top in which its rate of growth is looked at.
 const LOOKS: usize = 8;
+/// How far outside of what is built a point may be told to be, cells.
+const FAR: f64 = 4.0;
 /// Most layers between a body and a top.
 const MOST_LAYERS: f64 = 16_383.0;
 
@@ -50,15 +52,15 @@ impl<'a> Growing<'a> {
     /// Finds where the part reaches out of the body by more than half of `height`, the height of its first layer, mm.
     pub(super) fn new(
         part: &Mesh,
-        body: &Mesh,
+        body: &[&Mesh],
         height: f64,
         settings: OntoSettings<'a>,
     ) -> Result<Self, OntoError> {
         let (low, high) = part.bounds().unwrap_or_default();
-        let (whole, part, body) = (part, Shape::new(part), Shape::new(body));
+        let (whole, part, body) = (part, Shape::new([part]), Shape::new(body.iter().copied()));
         touching(whole, &body, height)?;
         let cell = (settings.fill.stepover / CELLS).min(height);
-        let room = settings.side.max(settings.over).max(0.0) + 2.0 * cell;
+        let room = settings.side.max(settings.over).max(0.0) + 2.0 * cell + height;
         let from_body = |p: DVec3| body.distance(p);
         let around = (low - DVec3::splat(room), high + DVec3::splat(room));
         let mut sampled =
@@ -192,6 +194,29 @@ impl<'a> Growing<'a> {
         middles
     }
 
+    /// What layers fill that end on a level, as a closed mesh that begins a cell within the body.
+    pub(super) fn built(&self, end: f64) -> Result<Mesh, OntoError> {
+        let cell = self.sampled.cell();
+        let beyond = |p: DVec3| {
+            let from_body = self.field.body.distance(p);
+            let over = match &self.field.top {
+                Some(top) => {
+                    let [_, apart] = top.apart(p, from_body);
+                    from_body - end * apart
+                }
+                None => from_body - end,
+            };
+            // far off nothing is known of how far
+            let far = self.outside(p).min(FAR * cell);
+            far.max(over).max(-cell - from_body)
+        };
+        let mesh = self.sampled.map(|p, _| beyond(p)).surface(0.0, beyond);
+        if mesh.triangles.is_empty() || !rims(&mesh).is_empty() {
+            return Err(OntoError::Open);
+        }
+        Ok(mesh)
+    }
+
     /// How far a point lies outside of what is laid, mm: the part, raised by what is to lie over it, with its allowance.
     fn outside(&self, p: DVec3) -> f64 {
         let OntoSettings { side, over, .. } = self.settings;
@@ -216,11 +241,18 @@ impl<'a> Growing<'a> {
         // aside, not over what faces away from the body
         let aside = 1.0 - part.outward.dot(foot.outward).powi(2);
         let beyond = part.distance - side * aside.max(0.0).sqrt();
-        // metal beyond the part is laid around what grows, not all over the body that the part leaves as it is
+        // metal beyond the part is laid around what grows, not all over the body that the part leaves as it is: beside a place of the part
+        // that is out of the body, and around where it comes out
         let below = self.foot.foot(foot.point + self.level * foot.outward);
         let beside = below.map_or(f64::INFINITY, |b| b.distance.abs());
-        beyond.max(beside - side)
+        let covered = self.level - self.field.body.distance(part.point);
+        beyond.max(covered.min(beside - side))
     }
+}
+
+/// Whether a part begins on a body, to within half a layer of `height` mm, or reaches into it.
+pub fn touches(part: &Mesh, body: &Mesh, height: f64) -> bool {
+    touching(part, &Shape::new([body]), height).is_ok()
 }
 
 /// Whether the part begins on the body, to within half a layer.

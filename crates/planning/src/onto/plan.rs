@@ -39,6 +39,8 @@ pub struct OntoLayer {
 /// Layers on a body.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OntoPlan {
+    /// The level on which the last one ends: a distance from the body, mm, or a share of the way to the top.
+    end: f64,
     /// Beads in the order in which they are laid.
     pub beads: Vec<OntoBead>,
     /// The layers.
@@ -52,7 +54,8 @@ pub struct Onto<'a> {
 }
 
 impl<'a> Onto<'a> {
-    /// Finds what grows out of `body` where `part` is to be; both are closed, in the same coordinates.
+    /// Finds what grows out of `body` where `part` is to be. Both are closed, in the same coordinates; a body of several meshes is all of them
+    /// together, which may reach into each other.
     ///
     /// Where the part reaches out of the body by less than half of `height`, the height of a layer, mm, nothing is laid.
     ///
@@ -60,7 +63,7 @@ impl<'a> Onto<'a> {
     /// [`OntoError`].
     pub fn new(
         part: &Mesh,
-        body: &Mesh,
+        body: &[&Mesh],
         height: f64,
         settings: OntoSettings<'a>,
     ) -> Result<Self, OntoError> {
@@ -90,18 +93,18 @@ impl<'a> Onto<'a> {
     }
 
     /// Plans layers that are as high as `heights` says, from the body on, mm; the last one repeats. Of layers from the body to the top that
-    /// is how high each grows at the speeds of its fill: where it is thicker it is laid the slower.
+    /// is how high each grows at the speeds of its fill: where it is thicker it is laid the slower. `first` is the number of the first one.
     ///
     /// # Errors
     /// [`OntoError`].
     pub fn plan(
         &self,
-        heights: &[f64],
+        (first, heights): (u32, &[f64]),
         reporter: &Reporter,
         observer: &dyn Observer,
     ) -> Result<OntoPlan, OntoError> {
         let middles = self.growing.middles(heights);
-        let numbered: Vec<(u32, &Middle)> = (1..).zip(&middles).collect();
+        let numbered: Vec<(u32, &Middle)> = (first..).zip(&middles).collect();
         let width = self.settings.fill.width;
         let laid_out = numbered
             .into_par_iter()
@@ -119,7 +122,10 @@ impl<'a> Onto<'a> {
             .collect();
         let ids = PassIds { part: 0 };
         let filled = plan_layers(&wanted, self.settings.fill, ids, reporter, observer)?;
-        let mut plan = OntoPlan::default();
+        let mut plan = OntoPlan {
+            end: middles.last().map_or(0.0, |m| m.levels[1]),
+            ..OntoPlan::default()
+        };
         let laid = middles.iter().zip(&laid_out).zip(filled);
         for (i, ((middle, layer), filled)) in laid.enumerate() {
             let grown = heights.get(i).or(heights.last()).copied().unwrap_or(0.0);
@@ -154,5 +160,13 @@ impl<'a> Onto<'a> {
             });
         }
         Ok(plan)
+    }
+
+    /// What a plan fills, as a closed mesh that begins within the body: what further parts grow out of.
+    ///
+    /// # Errors
+    /// [`OntoError::Open`] where it does not close.
+    pub fn built(&self, plan: &OntoPlan) -> Result<Mesh, OntoError> {
+        self.growing.built(plan.end)
     }
 }

@@ -1,18 +1,18 @@
-//! A closed mesh as its distance.
+//! Closed meshes as their distance.
 
 use meltpath_geometry::Mesh;
-use meltpath_geometry::distance::Distance;
+use meltpath_geometry::distance::Union;
 use meltpath_geometry::math::DVec3;
 
-/// A closed mesh with its distance.
+/// Closed meshes, together one body, with its distance.
 pub(super) struct Shape {
-    pub(super) near: Distance,
+    pub(super) near: Union,
 }
 
 impl Shape {
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    pub(super) fn new<'a>(meshes: impl IntoIterator<Item = &'a Mesh>) -> Self {
         Shape {
-            near: Distance::new(mesh),
+            near: Union::new(meshes),
         }
     }
 

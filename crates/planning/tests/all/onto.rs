@@ -67,8 +67,8 @@ fn to(
         count: None,
         top,
     };
-    let onto = Onto::new(part, body, HEIGHT, settings)?;
-    onto.plan(&[HEIGHT], &Reporter::new(), &Silent)
+    let onto = Onto::new(part, &[body], HEIGHT, settings)?;
+    onto.plan((1, &[HEIGHT]), &Reporter::new(), &Silent)
 }
 
 fn planned(part: &Mesh, body: &Mesh) -> Result<OntoPlan, OntoError> {

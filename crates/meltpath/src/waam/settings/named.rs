@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use meltpath_base::settings::{File, Problem, Setting};
+use meltpath_base::settings::Problem;
 use meltpath_base::{Provenance, Reporter};
 
 use super::{machine, process};
 use crate::job::WaamJob;
+use crate::job::waam::OntoTable;
 
 /// What is wrong with the files that a job names in tables of which no key is `wrong`.
 pub(crate) fn problems(job: &WaamJob, folder: &Path, wrong: impl Fn(&str) -> bool) -> Vec<Problem> {
@@ -28,13 +29,16 @@ pub(crate) fn problems(job: &WaamJob, folder: &Path, wrong: impl Fn(&str) -> boo
 
 /// Why the part, or the body that it grows out of, cannot be opened, at its key.
 pub(in crate::waam) fn absent_part(job: &WaamJob, folder: &Path) -> Option<Problem> {
-    let body = job.onto.as_ref().map(|onto| (&onto.body, "the body"));
-    let mut files = std::iter::once((&job.part, "the part")).chain(body);
-    let absent = |(key, what): (&Setting<File>, &str)| {
-        let file = folder.join(&***key);
+    let absent = |name: &str, what: &str| {
+        let file = folder.join(name);
         let error = std::fs::metadata(&file).err()?;
-        let message = format!("cannot open {what} {}: {error}", file.display());
-        Some(key.problem(message))
+        Some(format!("cannot open {what} {}: {error}", file.display()))
     };
-    files.find_map(absent)
+    let part = absent(&job.part, "the part").map(|why| job.part.problem(why));
+    let of_body = |onto: &OntoTable| {
+        let then = || onto.then.iter().find_map(|file| absent(file, "a part"));
+        let body = absent(&onto.body, "the body").map(|why| onto.body.problem(why));
+        body.or_else(|| then().map(|why| onto.then.problem(why)))
+    };
+    part.or_else(|| of_body(job.onto.as_ref()?))
 }

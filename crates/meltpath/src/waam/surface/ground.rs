@@ -20,7 +20,7 @@ const CORNERS: u32 = 360;
 /// What stands there before the first pass: the body, or a cylinder as long as the passes on it. A plane is that of the plate.
 pub(crate) fn standing(plan: &SurfacePlan) -> Option<Mesh> {
     let (origin, axis, radius) = match &plan.ground {
-        Ground::Body(meshes) => return Some(meshes.body.clone()),
+        Ground::Body(pieces) => return Some(pieces.body.clone()),
         Ground::Base(Base::Plane { .. }) => return None,
         Ground::Base(Base::Cylinder {
             origin,

@@ -152,18 +152,19 @@ fn ground(plan: &SurfacePlan, settings: &Settings, cell: f64) -> Result<Voxels, 
     });
     let room = DVec3::splat(ROOM * settings.bead.width.value);
     let (low, high) = (low - room, high + room);
-    // what was not laid is looked for all over the part
-    let part = match &plan.ground {
-        Ground::Body(meshes) => meshes.part.bounds(),
-        Ground::Base(_) => None,
+    // what was not laid is looked for all over the parts
+    let parts = match &plan.ground {
+        Ground::Body(pieces) => &pieces.pieces[..],
+        Ground::Base(_) => &[],
     };
-    let (low, high) = part.map_or((low, high), |(a, b)| (low.min(a), high.max(b)));
+    let bounds = parts.iter().filter_map(|p| p.part.mesh.bounds());
+    let (low, high) = bounds.fold((low, high), |(low, high), (a, b)| (low.min(a), high.max(b)));
     // a plane between voxels is theirs exactly
     let low = (low / cell).floor() * cell;
     let mut voxels = Voxels::new(low, high, cell)?;
     match &plan.ground {
         Ground::Base(base) => voxels.fill_mesh(&solid(base, (low, high)))?,
-        Ground::Body(meshes) => voxels.fill_mesh(&meshes.body)?,
+        Ground::Body(pieces) => voxels.fill_mesh(&pieces.body)?,
     };
     Ok(voxels)
 }
@@ -175,21 +176,12 @@ pub(crate) fn outcomes(
     settings: &Settings,
     plan: &SurfacePlan,
 ) -> Vec<LayerOutcome> {
-    let heights = &plan.heights;
-    let last = heights.last().copied().unwrap_or(0.0);
-    let all = || heights.iter().copied().chain(std::iter::repeat(last));
-    // of a layer its bottom and its top, from what everything stands on
-    let ends = |number: u32| {
-        let below = all().take(number.saturating_sub(1) as usize).sum::<f64>();
-        let own = all().nth(number.saturating_sub(1) as usize);
-        [below, below + own.unwrap_or(last)]
-    };
     let layer = |p: &LaidPoint| commands.layer_of_command.get(p.command as usize).copied();
     let passes = metal.laid.path.chunk_by(|a, b| layer(a) == layer(b));
     let pass = |points: &[LaidPoint]| {
         let number = layer(points.first()?)?;
         let inner = inner(points, plan, number, settings.bead.width.value);
-        let ends = ends(number);
+        let ends = plan.ends(number);
         let planned = |p: &LaidPoint| {
             let thick = plan.thickness.as_ref();
             let there = thick.and_then(|t| t.at(number, p.tool));

@@ -39,8 +39,8 @@ pub(super) fn checks(
         let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
         checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
         checks.push(loose(laid, commands, FREE * settings.bead.width.value));
-        if let Ground::Body(meshes) = &plan.ground {
-            checks.extend(onto::part_checks(&laid.voxels, meshes, &growth, settings)?);
+        if let Ground::Body(pieces) = &plan.ground {
+            checks.extend(onto::part_checks(&laid.voxels, pieces, &growth, settings)?);
         }
         Ok(checks)
     };

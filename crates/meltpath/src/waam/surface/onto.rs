@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place};
 use meltpath_geometry::Mesh;
-use meltpath_geometry::distance::Distance;
+use meltpath_geometry::distance::Union;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 
 use super::Asked;
-use super::plan::{OntoMeshes, SurfacePlan};
+use super::layers::{Piece, Pieces};
+use super::plan::SurfacePlan;
 use super::pores::Solid;
 use crate::waam::deposit::stock::{SurfacePoint, points, reach, stock};
 use crate::waam::judge::GrowthError;
@@ -51,35 +52,31 @@ pub(super) fn coverage(plan: &SurfacePlan) -> Option<Fact> {
     })
 }
 
-/// The metal against the part, in voxels: what it lacks, and the least stock over it.
+/// The metal against the parts, in voxels: what they lack, and the least stock over them.
 ///
 /// # Errors
-/// [`VoxelsError`] where there is no room for the part.
+/// [`VoxelsError`] where there is no room for a part.
 pub(super) fn part_checks(
     built: &Voxels,
-    meshes: &OntoMeshes,
+    pieces: &Pieces,
     growth: &GrowthError,
     settings: &Settings,
 ) -> Result<Vec<Check>, VoxelsError> {
-    let filled = |mesh: &Mesh| {
-        let (low, high) = built.bounds();
-        let mut voxels = Voxels::new(low, high, built.cell())?;
-        voxels.fill_mesh(mesh)?;
-        Ok::<Voxels, VoxelsError>(voxels)
-    };
-    let wanted = Wanted {
-        part: filled(&meshes.part)?,
-        body: filled(&meshes.body)?,
-        near: Distance::new(&meshes.body),
-    };
     let solid = Solid::new(built);
-    let far = |p: DVec3| {
-        wanted
-            .near
-            .foot(p)
-            .map_or((0.0, DVec3::ZERO), |f| (f.distance, f.outward))
-    };
-    let [added, lack, low] = wanted.lacking(&solid, |height| growth.at(height));
+    let mut volumes = [0.0; 3];
+    let mut thinnest: Option<Stock> = None;
+    for (number, piece) in pieces.pieces.iter().enumerate() {
+        let wanted = Wanted::new((pieces, number), piece, built)?;
+        let off = |height: f64| growth.at(piece.below + height);
+        let own = wanted.lacking(&solid, off);
+        volumes = [0, 1, 2].map(|n| volumes[n] + own[n]);
+        let stock = wanted.thinnest(&solid, &piece.part.mesh, off, settings);
+        thinnest = thinnest
+            .into_iter()
+            .chain(stock)
+            .min_by(|a, b| a.thick.total_cmp(&b.thick));
+    }
+    let [added, lack, low] = volumes;
     let share = |volume: f64| 100.0 * volume / added.max(f64::MIN_POSITIVE);
     let lack = Check::judge(
         "lack",
@@ -87,33 +84,23 @@ pub(super) fn part_checks(
         Measure::new(share(lack), share(low - lack), "%"),
         Limit::AtMost(100.0 * settings.limits.lack),
     );
-    let points = points(&meshes.part, built.cell());
-    // where the part is less than half a layer out of the body nothing is laid
-    let least = 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing);
-    let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
-    let reach = reach(settings.allowance);
-    let step = 0.25 * built.cell();
-    let found: Vec<(f64, SurfacePoint)> = free
-        .map(|p| {
-            let growing = far(p.position).1;
-            (stock(&p, |at| solid.closed(at, growing), step, reach), p)
-        })
-        .collect();
-    let thinnest = found.iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let mut checks = vec![lack];
-    checks.extend(thinnest.map(|(stock, p)| {
-        let (height, growing) = far(p.position);
-        // a side stays where it is, however the layers grow
-        let sigma = growth.at(height) * p.normal.dot(growing).abs();
+    let stock = thinnest.map(|found| {
         let check = Check::judge(
             "stock",
             "machining stock over the finished part",
-            Measure::new(*stock, sigma, "mm"),
+            Measure::new(found.thick, found.sigma, "mm"),
             Limit::AtLeast(settings.limits.stock_min),
         );
-        check.at(Place::at(p.position.to_array()))
-    }));
-    Ok(checks)
+        check.at(Place::at(found.at.to_array()))
+    });
+    Ok(std::iter::once(lack).chain(stock).collect())
+}
+
+/// The least stock over a part.
+struct Stock {
+    thick: f64,
+    sigma: f64,
+    at: DVec3,
 }
 
 /// What mends a check of the metal.
@@ -137,10 +124,67 @@ pub(super) fn remedy(id: &str) -> &'static str {
 struct Wanted {
     part: Voxels,
     body: Voxels,
-    near: Distance,
+    near: Union,
 }
 
 impl Wanted {
+    /// A piece, with its number from 0, and what stands there before it, in voxels as those that were built.
+    fn new(
+        (pieces, number): (&Pieces, usize),
+        piece: &Piece,
+        built: &Voxels,
+    ) -> Result<Self, VoxelsError> {
+        let empty = || {
+            let (low, high) = built.bounds();
+            Voxels::new(low, high, built.cell())
+        };
+        let (mut part, mut body) = (empty()?, empty()?);
+        part.fill_mesh(&piece.part.mesh)?;
+        for (_, mesh) in pieces.before(number) {
+            body.fill_mesh(mesh)?;
+        }
+        Ok(Wanted {
+            part,
+            body,
+            near: Union::new(pieces.under(piece)),
+        })
+    }
+
+    /// The least stock where the part is out of what it grows out of; `off` is how uncertain a height over that is.
+    fn thinnest(
+        &self,
+        solid: &Solid<'_>,
+        part: &Mesh,
+        off: impl Fn(f64) -> f64,
+        settings: &Settings,
+    ) -> Option<Stock> {
+        let far = |p: DVec3| {
+            let foot = self.near.foot(p);
+            foot.map_or((0.0, DVec3::ZERO), |f| (f.distance, f.outward))
+        };
+        let cell = solid.metal.cell();
+        let points = points(part, cell);
+        // where the part is less than half a layer out of the body nothing is laid
+        let least = 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing);
+        let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
+        let reach = reach(settings.allowance);
+        let found: Vec<(f64, SurfacePoint)> = free
+            .map(|p| {
+                let growing = far(p.position).1;
+                let closed = |at: DVec3| solid.closed(at, growing);
+                (stock(&p, closed, 0.25 * cell, reach), p)
+            })
+            .collect();
+        let (thick, p) = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (height, growing) = far(p.position);
+        Some(Stock {
+            thick,
+            // a side stays where it is, however the layers grow
+            sigma: off(height) * p.normal.dot(growing).abs(),
+            at: p.position,
+        })
+    }
+
     /// Volumes, mm³: what the part adds to the body, what of it lacks, and what would lack if the metal at each height over the body were
     /// lower by what `off` tells of the height.
     fn lacking(&self, solid: &Solid<'_>, off: impl Fn(f64) -> f64 + Sync) -> [f64; 3] {

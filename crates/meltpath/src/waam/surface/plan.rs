@@ -1,28 +1,24 @@
 //! The passes of a wall on a surface, how the torch is held along them, and the toolpath they make.
 
-use meltpath_base::{Observer, Reporter};
-use meltpath_geometry::Mesh;
 use meltpath_geometry::boolean::PlanarError;
-use meltpath_geometry::distance::Distance;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
-use meltpath_planning::onto::{Onto, OntoError, OntoLayer, OntoPlan, OntoSettings, ToTop};
+use meltpath_planning::onto::{OntoError, OntoLayer};
 use meltpath_planning::surface::{
     Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
-    SurfaceSettings, SurfaceStrategy, Torch, layers, paced_layers, plan_mesh, plan_patch,
+    SurfaceSettings, SurfaceStrategy, Torch, layers, plan_mesh, plan_patch,
     without_narrow,
 };
 use meltpath_robot::cell::Arrangement;
-use meltpath_toolpath::{Layer, Role, Toolpath};
+use meltpath_toolpath::{Layer, Toolpath};
 
-use super::thickness::{Thickness, thickness_paces};
-use super::{Asked, BaseAsked, Shape, WallAsked};
+use super::layers::Pieces;
+use super::thickness::Thickness;
+use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
-use crate::waam::plan::heights::{grown, over_faces};
-use crate::waam::plan::{ROUNDED_OFF, profile};
+use crate::waam::plan::profile;
 use crate::waam::settings::Settings;
-use crate::waam::settings::bead::PER_MINUTE;
 
 /// Layers that are not flat: a wall along a surface, or filled layers on a body.
 #[derive(Debug)]
@@ -57,25 +53,20 @@ impl SurfacePlan {
             Ground::Body(_) => 0.0,
         }
     }
-}
 
-/// The part and the body that it grows out of, in the build.
-#[derive(Debug, Clone)]
-pub struct OntoMeshes {
-    /// As it is to be, or what is to be added alone.
-    pub part: Mesh,
-    /// As it is now.
-    pub body: Mesh,
-    /// The faces of the part that are its top, where they are named.
-    pub top: Option<Mesh>,
-}
-
-impl OntoMeshes {
-    /// How far the part reaches out of the body, mm.
-    pub(super) fn reach(&self) -> f64 {
-        let body = Distance::new(&self.body);
-        let far = |p: &DVec3| body.foot(*p).map_or(0.0, |f| f.distance);
-        self.part.vertices.iter().map(far).fold(0.0, f64::max)
+    /// Of a layer its bottom and its top, mm from what everything stands on; of a part that grows out of another they count on from how high
+    /// that was built in the same direction.
+    pub(super) fn ends(&self, number: u32) -> [f64; 2] {
+        let pieces = match &self.ground {
+            Ground::Body(pieces) => &pieces.pieces[..],
+            Ground::Base(_) => &[],
+        };
+        let piece = pieces.iter().rev().find(|p| p.first <= number);
+        let (first, base) = piece.map_or((1, 0.0), |p| (p.first, p.below));
+        let last = self.heights.last().copied().unwrap_or(0.0);
+        let height = |n: u32| self.heights.get(n as usize - 1).copied().unwrap_or(last);
+        let below = base + (first..number).map(height).sum::<f64>();
+        [below, below + height(number.max(1))]
     }
 }
 
@@ -84,8 +75,8 @@ impl OntoMeshes {
 pub enum Ground {
     /// A plane or a cylinder under a wall.
     Base(Base),
-    /// A body, with the part that grows out of it.
-    Body(Box<OntoMeshes>),
+    /// A body, with the parts that grow out of it.
+    Body(Box<Pieces>),
 }
 
 /// Why a surface cannot be planned.
@@ -97,6 +88,14 @@ pub enum SurfacePlanError {
     /// Layers on a body.
     #[error(transparent)]
     Onto(#[from] OntoError),
+    /// One of several parts that grow out of one another.
+    #[error("{name}: {source}")]
+    Piece {
+        /// Its file.
+        name: String,
+        /// Why it cannot be planned.
+        source: Box<SurfacePlanError>,
+    },
     /// The area that beads share.
     #[error(transparent)]
     Growth(#[from] PlanarError),
@@ -191,168 +190,8 @@ pub fn plan_wall(
     })
 }
 
-/// Plans layers that follow a body.
-///
-/// # Errors
-/// [`SurfacePlanError`].
-pub fn plan_layers(
-    meshes: OntoMeshes,
-    asked: &Asked,
-    settings: &Settings,
-    (reporter, observer): (&Reporter, &dyn Observer),
-) -> Result<SurfacePlan, SurfacePlanError> {
-    let least = 0.5 * asked.spacing;
-    above_table(
-        lowest(&meshes, least, settings.allowance),
-        (least, settings),
-    )?;
-    let to_top = match &asked.shape {
-        Shape::Onto(onto) if onto.top.is_some() => Some(to_top(meshes.top.as_ref(), settings)),
-        Shape::Onto(_) | Shape::Wall(_) => None,
-    };
-    let mut heights = vec![match to_top {
-        // a height that is written says how many layers, not what beads grow to
-        Some(_) => settings.bead.area.value / settings.stepover.value,
-        None => asked.spacing,
-    }];
-    let onto = {
-        let reach = meshes.reach();
-        let over = over_faces(reach, asked.spacing, 0.0, settings);
-        let how = OntoSettings {
-            fill: &settings.fill,
-            side: settings.allowance,
-            over: over.value,
-            inside: ROUNDED_OFF * settings.bead.width.value,
-            chord_error: settings.chord_error,
-            count: settings.count,
-            top: to_top,
-        };
-        Onto::new(&meshes.part, &meshes.body, asked.spacing, how)?
-    };
-    let mut found = onto.plan(&heights, reporter, observer)?;
-    // a thickness is kept by speeds, and those follow from what beads grow to
-    if asked.grows || to_top.is_some() {
-        for _ in 0..GROWN {
-            let grown = growth(&found, settings)?;
-            if grown == heights {
-                break;
-            }
-            heights = grown;
-            found = onto.plan(&heights, reporter, observer)?;
-        }
-    }
-    let laid = found.beads.iter().flat_map(|b| &b.pass.points);
-    let laid: Vec<DVec3> = laid.map(|p| p.position).collect();
-    above_table(laid, (least, settings))?;
-    let torch = torch(asked, DVec3::Z, settings);
-    let how: Vec<(Role, Vec<Option<f64>>)> = found
-        .beads
-        .iter()
-        .map(|b| (b.role, b.speeds.clone()))
-        .collect();
-    let passes: Vec<SurfacePass> = found.beads.into_iter().map(|b| b.pass).collect();
-    let thickness = to_top.map(|to| {
-        let able = heights.iter().map(|grown| to.able(*grown)).collect();
-        Thickness::new(&passes, able, to.paces, settings.bead.width.value)
-    });
-    if thickness.is_some() {
-        let tops = found.layers.iter().map(|l| l.top);
-        let below = std::iter::once(0.0).chain(tops.clone());
-        heights = tops.zip(below).map(|(top, bottom)| top - bottom).collect();
-    }
-    let paced = |i: usize| {
-        how.get(i)
-            .map_or((Role::Fill, &[][..]), |h| (h.0, &h.1[..]))
-    };
-    Ok(SurfacePlan {
-        toolpath: toolpath(
-            paced_layers(&passes, &torch, asked.spacing, paced),
-            settings,
-        ),
-        passes,
-        heights,
-        thickness,
-        ground: Ground::Body(Box::new(meshes)),
-        torch,
-        ends: Vec::new(),
-        unreached: 0.0,
-        openings: Vec::new(),
-        layers: found.layers,
-    })
-}
-
-/// Corners of what is laid, with their allowance downwards: what reaches out of the body by less than `least` mm is not laid, and the
-/// allowance lies along the body.
-fn lowest(meshes: &OntoMeshes, least: f64, allowance: f64) -> Vec<DVec3> {
-    let body = Distance::new(&meshes.body);
-    let lowered = |p: &DVec3| {
-        let out = body.foot(*p).filter(|f| f.distance > least)?.outward;
-        // on a level face it lies level; there the rest is rounding
-        let down = (-DVec3::Z).reject_from_normalized(out);
-        let share = if down.length() > 1e-3 { allowance } else { 0.0 };
-        Some(*p + share * down.normalize_or_zero())
-    };
-    meshes.part.vertices.iter().filter_map(lowered).collect()
-}
-
-/// Whether places that metal is laid at lie above what the body stands on, but for `least` mm.
-///
-/// # Errors
-/// [`SurfacePlanError::BelowTable`] with the lowest.
-fn above_table(
-    places: Vec<DVec3>,
-    (least, settings): (f64, &Settings),
-) -> Result<(), SurfacePlanError> {
-    let heights = places.into_iter();
-    let heights = heights.filter_map(|at| Some((over_table(at, settings)?, at)));
-    match heights.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((height, at)) if height < -least => {
-            Err(SurfacePlanError::BelowTable { depth: -height, at })
-        }
-        _ => Ok(()),
-    }
-}
-
-/// How high a place of the build lies over the table, mm: without a robot the body stands on it, on z = 0. Nothing beside the table, where
-/// the robot's file does not say how large it is, or where the robot holds the part.
-fn over_table(at: DVec3, settings: &Settings) -> Option<f64> {
-    let Some(cell) = &settings.robot else {
-        return Some(at.z);
-    };
-    let table = cell.shapes.as_ref()?.table?;
-    let at = cell.carrier_from_part.point(at);
-    let within = 2.0 * at.x.abs() <= table.size[0] && 2.0 * at.y.abs() <= table.size[1];
-    (cell.arrangement == Arrangement::TorchOnRobot && within).then_some(at.z)
-}
-
-/// Layers from the body to the top, at speeds at which beads keep their shape and of which the process map knows.
-fn to_top<'a>(sheet: Option<&'a Mesh>, settings: &Settings) -> ToTop<'a> {
-    let (slowest, fastest) = settings.map.validity.travel_speed;
-    let known = [slowest, fastest].map(|v| v / PER_MINUTE);
-    ToTop {
-        sheet,
-        paces: thickness_paces(settings.bead.travel_speed, known),
-        known,
-    }
-}
-
-/// How often layers are planned anew at the heights to which the last plan's beads would grow: the first moves them by some tenths, the
-/// second by some hundredths.
-const GROWN: u32 = 2;
-
-/// The height to which the beads of each layer grow, mm.
-fn growth(plan: &OntoPlan, settings: &Settings) -> Result<Vec<f64>, PlanarError> {
-    let mut heights: Vec<f64> = Vec::with_capacity(plan.layers.len());
-    for layer in &plan.layers {
-        let grown = grown(&layer.path, settings)?;
-        // a layer without a bead is planned as the one below
-        heights.extend(grown.or(heights.last().copied()));
-    }
-    Ok(heights)
-}
-
 /// The toolpath of beads.
-fn toolpath(layers: Vec<Layer>, settings: &Settings) -> Toolpath {
+pub(super) fn toolpath(layers: Vec<Layer>, settings: &Settings) -> Toolpath {
     Toolpath {
         profiles: vec![profile(settings)],
         layers,
@@ -385,7 +224,7 @@ fn base(asked: &BaseAsked, sheet: &Sheet) -> Base {
 }
 
 /// The torch along what begins to grow in the direction `begin`.
-fn torch(asked: &Asked, begin: DVec3, settings: &Settings) -> Torch {
+pub(super) fn torch(asked: &Asked, begin: DVec3, settings: &Settings) -> Torch {
     let up = up(settings);
     Torch {
         rule: asked.torch,

@@ -1,5 +1,7 @@
 //! Layers that are not flat, planned, written, driven, laid and judged.
 
+use std::path::{Path, PathBuf};
+
 use meltpath_base::{Check, Fact, Observer, Reporter};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::workpiece::VoxelsError;
@@ -8,9 +10,11 @@ use meltpath_robot::Summary;
 
 use super::ground::stands;
 use super::grow::{Grown, drive};
-use super::plan::{OntoMeshes, SurfacePlan, plan_layers, plan_wall};
+use super::layers::{OntoMeshes, OntoPart, plan_layers};
+use super::plan::{SurfacePlan, plan_wall};
 use super::{Asked, Shape, WallAsked, held, judge, metal};
 use crate::stages::onto::{self, Onto};
+use crate::stages::part::Part;
 use crate::stages::sheet::{self, Sheet};
 use crate::waam::drive::expected::expected;
 use crate::waam::drive::film::Film;
@@ -88,13 +92,9 @@ fn read(
                 chord_error: settings.chord_error,
                 top: on.faces(),
             };
-            Read::Onto(onto::load(
-                &settings.part,
-                &on.body,
-                how,
-                reporter,
-                observer,
-            )?)
+            let parts = std::iter::once(&settings.part).chain(&on.then);
+            let parts: Vec<&Path> = parts.map(PathBuf::as_path).collect();
+            Read::Onto(onto::load(&parts, &on.body, how, reporter, observer)?)
         }
     })
 }
@@ -108,7 +108,7 @@ pub(in crate::waam) fn built(
 ) -> Result<(String, Mesh), WaamError> {
     Ok(match read(loaded, asked, reporter, observer)? {
         Read::Wall(sheet, _) => (sheet.name, sheet.mesh),
-        Read::Onto(both) => (both.part.name, both.part.mesh),
+        Read::Onto(onto) => (onto.name(), onto.whole()),
     })
 }
 
@@ -133,20 +133,25 @@ pub(in crate::waam) fn placed(
                 findings: sheet.findings,
             }
         }
-        Read::Onto(both) => {
-            let meshes = OntoMeshes {
-                part: both.part.mesh.clone(),
-                body: both.body.mesh,
-                top: both.top,
+        Read::Onto(onto) => {
+            let (name, mesh, findings) = (onto.name(), onto.whole(), onto.findings());
+            let mut top = onto.top;
+            let part = |part: Part| OntoPart {
+                name: part.name,
+                mesh: part.mesh,
+                // faces are those of the first file
+                top: top.take(),
             };
-            let body = both.body.findings.iter().map(|f| format!("body: {f}"));
-            let findings = both.part.findings.into_iter().chain(body).collect();
+            let meshes = OntoMeshes {
+                parts: onto.parts.into_iter().map(part).collect(),
+                body: onto.body.mesh,
+            };
             let plan = plan_layers(meshes, asked, settings, (reporter, observer))?;
             Placed {
-                standing: stands(&plan, settings, &both.build_from_file),
+                standing: stands(&plan, settings, &onto.build_from_file),
                 plan,
-                name: both.part.name,
-                mesh: both.part.mesh,
+                name,
+                mesh,
                 findings,
             }
         }
