@@ -294,7 +294,10 @@ mod tests {
             (20.0, 33.0, 1, 3.0, DVec3::Z),
         ] {
             let (number, foot) = at(x, z);
-            assert_eq!((number, foot.distance, foot.outward), (mesh, distance, outward));
+            assert_eq!(
+                (number, foot.distance, foot.outward),
+                (mesh, distance, outward)
+            );
         }
         // in the bar over the plate, and in both
         assert_eq!(at(17.0, 10.0).1.distance, -2.0);

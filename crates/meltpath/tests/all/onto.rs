@@ -337,3 +337,85 @@ fn bodies_that_do_not_fit_are_refused() {
     );
     says(&refusal(&crossed), &["cross each other", "unite them"]);
 }
+
+/// A trunk on a plate, a boss out of its side close above the plate, and another on the first.
+fn tee(dir: &Path, more: &str) -> PathBuf {
+    let plate = cuboid([-45.0, -35.0, -10.0], [45.0, 35.0, 0.0]);
+    let trunk = cuboid([-20.0, -15.0, -1.0], [20.0, 15.0, 26.0]);
+    support::part(
+        dir,
+        "boss.stl",
+        &cuboid([18.0, -12.0, 8.0], [36.0, 12.0, 20.0]),
+    );
+    support::part(
+        dir,
+        "cap.stl",
+        &cuboid([-10.0, -12.0, 24.0], [10.0, 12.0, 38.0]),
+    );
+    let then = format!("then = [\"boss.stl\", \"cap.stl\"]\n{more}");
+    job(dir, &trunk, &plate, &then)
+}
+
+#[test]
+fn parts_grow_out_of_one_another_each_in_its_own_direction() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = tee(dir.path(), "");
+    let done = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let verdict = &done.verdict;
+    for id in ["lack", "loose", "ctwd-min", "flatness", "program"] {
+        let check = check(verdict, id);
+        assert!(
+            matches!(check.status, Status::Pass | Status::Warn),
+            "{id}: {check:?}"
+        );
+    }
+    keeps_its_metal(verdict);
+    let table = std::fs::read_to_string(done.folder.join("series/surface.csv")).unwrap();
+    let rows = table.lines().skip(1);
+    let rows: Vec<Vec<f64>> = rows
+        .map(|row| row.split(',').map(|v| v.parse().unwrap()).collect())
+        .collect();
+    // pass, x, y, z, axis: out of plate, flank and top, one after the other
+    let ways: Vec<&[f64]> = rows.iter().map(|row| &row[4..7]).collect();
+    let along = |way: &[f64], axis: usize| (way[axis] - 1.0).abs() < 1e-9;
+    let first = |axis: usize| ways.iter().position(|way| along(way, axis)).unwrap();
+    let last = |axis: usize| ways.iter().rposition(|way| along(way, axis)).unwrap();
+    assert!(ways.iter().all(|way| along(way, 0) || along(way, 2)));
+    let boss = first(0)..last(0) + 1;
+    assert!(ways[boss.clone()].iter().all(|way| along(way, 0)));
+    assert!(boss.start > 0 && boss.end < rows.len());
+    // the plate is nearer to the boss's far end than the trunk: its layers stay upright and as wide
+    let low = |range: &[Vec<f64>]| range.iter().map(|r| r[3]).fold(f64::INFINITY, f64::min);
+    let end = &rows[boss.end - 30..boss.end];
+    assert!((low(end) - low(&rows[boss.clone()])).abs() < 1.0);
+    // numbers go on, and the cap begins where the trunk's metal ends
+    assert!(rows.windows(2).all(|w| w[1][0] - w[0][0] <= 1.0));
+    let top = rows[boss.start - 1][3];
+    assert!((rows[boss.end][3] - top - rows[boss.end][7]).abs() < 1e-6);
+}
+
+#[test]
+fn further_parts_that_do_not_fit_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = tee(dir.path(), "");
+    support::part(
+        dir.path(),
+        "cap.stl",
+        &cuboid([-10.0, -12.0, 60.0], [10.0, 12.0, 70.0]),
+    );
+    says(&refusal(&job), &["cap.stl", "does not touch"]);
+    let text = std::fs::read_to_string(&job).unwrap();
+    std::fs::write(&job, text.replace("cap.stl", "hat.stl")).unwrap();
+    says(&refusal(&job), &["cannot open a part", "hat.stl"]);
+    std::fs::write(&job, text.replace("[onto]", "[onto]\ntop = [1]")).unwrap();
+    says(&refusal(&job), &["onto.then", "onto.top"]);
+}
+
+/// Layers that are asked for end within the second part: what the third lacks is told.
+#[test]
+fn layers_are_counted_over_all_parts() {
+    let dir = tempfile::tempdir().unwrap();
+    let verdict = verdict(&tee(dir.path(), "[layers]\ncount = 16\n"));
+    assert_eq!(fact(&verdict, "layers"), 16.0);
+    assert_eq!(check(&verdict, "lack").status, Status::Fail);
+}

@@ -19,6 +19,8 @@ const CELLS: f64 = 3.0;
 const LOOKS: usize = 8;
 /// How far outside of what is built a point may be told to be, cells.
 const FAR: f64 = 4.0;
+/// Places across the allowance at which the part is looked for on the level of a point beside it.
+const ASIDE: u32 = 4;
 /// Most layers between a body and a top.
 const MOST_LAYERS: f64 = 16_383.0;
 
@@ -194,20 +196,27 @@ impl<'a> Growing<'a> {
         middles
     }
 
-    /// What layers fill that end on a level, as a closed mesh that begins a cell within the body.
-    pub(super) fn built(&self, end: f64) -> Result<Mesh, OntoError> {
+    /// What layers fill of which the last one lies between these levels, as a closed mesh that begins a cell within the body.
+    pub(super) fn built(&self, [bottom, end]: [f64; 2]) -> Result<Mesh, OntoError> {
         let cell = self.sampled.cell();
         let beyond = |p: DVec3| {
-            let from_body = self.field.body.distance(p);
-            let over = match &self.field.top {
+            let Some(foot) = self.field.body.near.foot(p) else {
+                return f64::INFINITY;
+            };
+            let from_body = foot.distance;
+            let (over, at) = match &self.field.top {
                 Some(top) => {
                     let [_, apart] = top.apart(p, from_body);
-                    from_body - end * apart
+                    (from_body - end * apart, p)
                 }
-                None => from_body - end,
+                None => {
+                    // a layer is as wide as in its middle
+                    let within = from_body.min(0.5 * (bottom + end));
+                    (from_body - end, foot.point + within * foot.outward)
+                }
             };
             // far off nothing is known of how far
-            let far = self.outside(p).min(FAR * cell);
+            let far = self.outside(at).min(FAR * cell);
             far.max(over).max(-cell - from_body)
         };
         let mesh = self.sampled.map(|p, _| beyond(p)).surface(0.0, beyond);
@@ -232,7 +241,8 @@ impl<'a> Growing<'a> {
             None => foot.distance - over,
         };
         let lowered = lowered.max(self.level.min(foot.distance));
-        let Some(part) = self.part.near.foot(foot.point + lowered * foot.outward) else {
+        let at = foot.point + lowered * foot.outward;
+        let Some(part) = self.part.near.foot(at) else {
             return f64::INFINITY;
         };
         if side <= 0.0 {
@@ -246,7 +256,16 @@ impl<'a> Growing<'a> {
         let below = self.foot.foot(foot.point + self.level * foot.outward);
         let beside = below.map_or(f64::INFINITY, |b| b.distance.abs());
         let covered = self.level - self.field.body.distance(part.point);
-        beyond.max(covered.min(beside - side))
+        let beyond = beyond.max(covered.min(beside - side));
+        if beyond > 0.0 || part.distance <= 0.0 {
+            return beyond;
+        }
+        // and beside the part on the same level: above its last edge there is nothing to lie beside
+        let way = part.outward.reject_from_normalized(foot.outward);
+        let inwards = -side * way.normalize_or_zero();
+        let within = |n: u32| self.part.distance(at + f64::from(n) / f64::from(ASIDE) * inwards);
+        let level = (1..=ASIDE).map(within).fold(f64::INFINITY, f64::min);
+        beyond.max(level)
     }
 }
 

@@ -39,8 +39,8 @@ pub struct OntoLayer {
 /// Layers on a body.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OntoPlan {
-    /// The level on which the last one ends: a distance from the body, mm, or a share of the way to the top.
-    end: f64,
+    /// The levels between which the last one lies: distances from the body, mm, or shares of the way to the top.
+    last: [f64; 2],
     /// Beads in the order in which they are laid.
     pub beads: Vec<OntoBead>,
     /// The layers.
@@ -123,7 +123,7 @@ impl<'a> Onto<'a> {
         let ids = PassIds { part: 0 };
         let filled = plan_layers(&wanted, self.settings.fill, ids, reporter, observer)?;
         let mut plan = OntoPlan {
-            end: middles.last().map_or(0.0, |m| m.levels[1]),
+            last: middles.last().map_or([0.0; 2], |m| m.levels),
             ..OntoPlan::default()
         };
         let laid = middles.iter().zip(&laid_out).zip(filled);
@@ -167,6 +167,6 @@ impl<'a> Onto<'a> {
     /// # Errors
     /// [`OntoError::Open`] where it does not close.
     pub fn built(&self, plan: &OntoPlan) -> Result<Mesh, OntoError> {
-        self.growing.built(plan.end)
+        self.growing.built(plan.last)
     }
 }

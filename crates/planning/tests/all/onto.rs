@@ -4,7 +4,7 @@ use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::shapes;
-use meltpath_planning::onto::{Onto, OntoError, OntoPlan, OntoSettings, ToTop};
+use meltpath_planning::onto::{Onto, OntoError, OntoPlan, OntoSettings, ToTop, touches};
 use meltpath_planning::surface::SurfacePoint;
 use meltpath_planning::{ContourOrder, FillSettings, LineAngle, Paces, Strategy};
 
@@ -59,13 +59,9 @@ fn to(
 ) -> Result<OntoPlan, OntoError> {
     let fill = fill();
     let settings = OntoSettings {
-        fill: &fill,
-        side,
         over,
-        inside: 1.5 * fill.width,
-        chord_error: 0.02,
-        count: None,
         top,
+        ..settings(&fill, side)
     };
     let onto = Onto::new(part, &[body], HEIGHT, settings)?;
     onto.plan((1, &[HEIGHT]), &Reporter::new(), &Silent)
@@ -398,4 +394,85 @@ fn sheet_at(x: f64, [y0, y1]: [f64; 2], [z0, z1]: [f64; 2]) -> Mesh {
         ],
         triangles: vec![[0, 2, 1], [0, 3, 2]],
     }
+}
+
+fn settings(fill: &FillSettings, side: f64) -> OntoSettings<'_> {
+    OntoSettings {
+        fill,
+        side,
+        over: 0.0,
+        inside: 1.5 * fill.width,
+        chord_error: 0.02,
+        count: None,
+        top: None,
+    }
+}
+
+/// What a pad's layers fill is a box: its sides with their allowance, as high as its layers, begun within the plate.
+#[test]
+fn what_layers_fill_is_a_closed_body() {
+    let plate = box_of([0.0; 3], [90.0, 70.0, 10.0]);
+    let pad = box_of([20.0, 15.0, 5.0], [60.0, 45.0, 18.0]);
+    let fill = fill();
+    let onto = Onto::new(&pad, &[&plate], HEIGHT, settings(&fill, 3.0)).unwrap();
+    let plan = onto
+        .plan((7, &[HEIGHT]), &Reporter::new(), &Silent)
+        .unwrap();
+    assert_eq!(plan.layers[0].number, 7);
+    assert!(plan.beads.iter().all(|b| b.pass.number >= 7));
+    let built = onto.built(&plan).unwrap();
+    let high = HEIGHT * plan.layers.len() as f64;
+    let (low, top) = built.bounds().unwrap();
+    assert!((top.z - (10.0 + high)).abs() < 1e-6, "{top}");
+    assert!((7.0..9.9).contains(&low.z), "{low}");
+    for (found, wanted) in [(low.x, 17.0), (low.y, 12.0), (top.x, 63.0), (top.y, 48.0)] {
+        assert!((found - wanted).abs() < 0.05, "{low} {top}");
+    }
+    // corners of the allowance are round, edges a cell of the grid
+    let over = built.volume() - 46.0 * 36.0 * (10.0 - low.z);
+    let wanted = (46.0 * 36.0 - (4.0 - std::f64::consts::PI) * 9.0) * high;
+    assert!((over / wanted - 1.0).abs() < 0.01, "{over} {wanted}");
+}
+
+/// A block that leans out over where it begins is laid as it leans, with its allowance on both sides.
+#[test]
+fn layers_follow_a_part_that_leans() {
+    let plate = box_of([0.0; 3], [120.0, 70.0, 10.0]);
+    let mut block = box_of([20.0, 15.0, 10.0], [50.0, 45.0, 40.0]);
+    for p in block.vertices.iter_mut().filter(|p| p.z > 20.0) {
+        p.x += 20.0;
+    }
+    let plan = with(&block, &plate, 3.0, 0.0).unwrap();
+    for layer in &plan.layers {
+        let middle = layer.top - 0.5 * HEIGHT;
+        let (low, high) = layer
+            .rims
+            .iter()
+            .flatten()
+            .fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), p| {
+                (a.min(p.x), b.max(p.x))
+            });
+        // the way across a flank is longer than the allowance by its lean
+        let aside = 3.0 / (30.0_f64 / 20.0).atan().sin();
+        let wanted = [20.0, 50.0].map(|x| x + 20.0 * middle / 30.0);
+        assert!(
+            (low - (wanted[0] - aside)).abs() < 0.7,
+            "{middle}: {low} {wanted:?}"
+        );
+        assert!(
+            (high - (wanted[1] + aside)).abs() < 0.7,
+            "{middle}: {high} {wanted:?}"
+        );
+    }
+}
+
+/// A part that stands on one body grows out of that alone, however near another is.
+#[test]
+fn a_part_touches_what_it_stands_on() {
+    let plate = box_of([0.0; 3], [90.0, 70.0, 10.0]);
+    let trunk = box_of([20.0, 15.0, 8.0], [50.0, 45.0, 60.0]);
+    let boss = box_of([48.0, 20.0, 20.0], [70.0, 40.0, 40.0]);
+    assert!(touches(&trunk, &plate, HEIGHT));
+    assert!(touches(&boss, &trunk, HEIGHT));
+    assert!(!touches(&boss, &plate, HEIGHT));
 }

@@ -7,14 +7,12 @@ use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::distance::Union;
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::Paces;
-use meltpath_planning::onto::{
-    Onto, OntoBead, OntoLayer, OntoPlan, OntoSettings, ToTop, touches,
-};
+use meltpath_planning::onto::{Onto, OntoBead, OntoLayer, OntoPlan, OntoSettings, ToTop, touches};
 use meltpath_planning::surface::{SurfacePass, paced_layers};
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::Role;
 
-use super::plan::{Ground, SurfacePlan, SurfacePlanError, torch, toolpath};
+use super::plan::{Ground, SurfacePlan, SurfacePlanError, toolpath, torch};
 use super::thickness::{Thickness, thickness_paces};
 use super::{Asked, Shape};
 use crate::waam::plan::ROUNDED_OFF;
@@ -246,7 +244,8 @@ fn planned(
     let last = heights.last().copied().unwrap_or(0.0);
     heights.resize(found.layers.len(), last);
     if let Some(to) = to_top {
-        laid.able.extend(heights.iter().map(|grown| to.able(*grown)));
+        laid.able
+            .extend(heights.iter().map(|grown| to.able(*grown)));
         let tops = found.layers.iter().map(|l| l.top);
         let below = std::iter::once(0.0).chain(tops.clone());
         heights = tops.zip(below).map(|(top, bottom)| top - bottom).collect();

@@ -6,8 +6,7 @@ use meltpath_geometry::sheet::FrontEnd;
 use meltpath_planning::onto::{OntoError, OntoLayer};
 use meltpath_planning::surface::{
     Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
-    SurfaceSettings, SurfaceStrategy, Torch, layers, plan_mesh, plan_patch,
-    without_narrow,
+    SurfaceSettings, SurfaceStrategy, Torch, layers, plan_mesh, plan_patch, without_narrow,
 };
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::{Layer, Toolpath};
