@@ -9,6 +9,7 @@ mod judge;
 pub(crate) mod layers;
 mod metal;
 pub(crate) mod onto;
+pub mod pieces;
 pub mod plan;
 mod pores;
 pub(super) mod run;

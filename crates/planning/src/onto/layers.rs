@@ -263,7 +263,10 @@ impl<'a> Growing<'a> {
         // and beside the part on the same level: above its last edge there is nothing to lie beside
         let way = part.outward.reject_from_normalized(foot.outward);
         let inwards = -side * way.normalize_or_zero();
-        let within = |n: u32| self.part.distance(at + f64::from(n) / f64::from(ASIDE) * inwards);
+        let within = |n: u32| {
+            self.part
+                .distance(at + f64::from(n) / f64::from(ASIDE) * inwards)
+        };
         let level = (1..=ASIDE).map(within).fold(f64::INFINITY, f64::min);
         beyond.max(level)
     }

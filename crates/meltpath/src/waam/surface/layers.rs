@@ -12,6 +12,7 @@ use meltpath_planning::surface::{SurfacePass, paced_layers};
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::Role;
 
+use super::pieces::{OntoMeshes, OntoPart, Piece, Pieces};
 use super::plan::{Ground, SurfacePlan, SurfacePlanError, toolpath, torch};
 use super::thickness::{Thickness, thickness_paces};
 use super::{Asked, Shape};
@@ -19,84 +20,6 @@ use crate::waam::plan::ROUNDED_OFF;
 use crate::waam::plan::heights::{grown, over_faces};
 use crate::waam::settings::Settings;
 use crate::waam::settings::bead::PER_MINUTE;
-
-/// A body and what is to grow out of it, in the build.
-#[derive(Debug, Clone)]
-pub(crate) struct OntoMeshes {
-    /// As it is now.
-    pub body: Mesh,
-    /// In the order in which they are built.
-    pub parts: Vec<OntoPart>,
-}
-
-/// A part that grows out of a body.
-#[derive(Debug, Clone)]
-pub struct OntoPart {
-    /// Its file's name.
-    pub name: String,
-    /// As it is to be, or what is to be added alone.
-    pub mesh: Mesh,
-    /// The faces that are its top, where they are named.
-    pub top: Option<Mesh>,
-}
-
-/// A body with the parts that grow out of it as they are planned.
-#[derive(Debug, Clone)]
-pub struct Pieces {
-    /// As it is now.
-    pub body: Mesh,
-    /// In the order in which they are built.
-    pub pieces: Vec<Piece>,
-}
-
-/// A part as it is planned.
-#[derive(Debug, Clone)]
-pub struct Piece {
-    /// The part.
-    pub part: OntoPart,
-    /// Numbers of what it grows out of: 0 the body, then the pieces from 1 on.
-    pub on: Vec<usize>,
-    /// What its layers fill, where others may grow out of it.
-    pub built: Option<Mesh>,
-    /// The number of its first layer.
-    pub first: u32,
-    /// How high what it grows out of was itself built along its own growth, mm, at most.
-    pub below: f64,
-}
-
-impl Pieces {
-    /// All that stands there before the piece, numbered from 0, is laid: the body, and what the pieces before fill, with their numbers.
-    pub fn before(&self, piece: usize) -> impl Iterator<Item = (usize, &Mesh)> {
-        let pieces = self.pieces.iter().take(piece).map(|p| p.built.as_ref());
-        let all = std::iter::once(Some(&self.body)).chain(pieces);
-        all.enumerate().filter_map(|(i, mesh)| Some((i, mesh?)))
-    }
-
-    /// What a piece grows out of.
-    pub fn under(&self, piece: &Piece) -> Vec<&Mesh> {
-        let before = self.before(self.pieces.len());
-        let on = before.filter(|(i, _)| piece.on.contains(i));
-        on.map(|(_, mesh)| mesh).collect()
-    }
-
-    /// How high what a piece grows out of was built along the growth of its first layer, mm: its heights are as uncertain.
-    fn below(&self, piece: &Piece, first: &[SurfacePass]) -> f64 {
-        let under = Union::new(self.under(piece));
-        let ground = |piece: &Piece| Union::new(self.under(piece));
-        let grounds: Vec<Union> = self.pieces.iter().map(ground).collect();
-        let high = |from: DVec3, growth: DVec3| {
-            let (mesh, _) = under.nearest(from)?;
-            let on = piece.on.get(mesh)?.checked_sub(1)?;
-            let foot = grounds.get(on)?.foot(from)?;
-            let all = self.pieces[on].below + foot.distance.max(0.0);
-            Some(all * growth.dot(foot.outward).abs())
-        };
-        let points = first.iter().flat_map(|pass| &pass.points);
-        points
-            .filter_map(|p| high(p.from?, p.growth))
-            .fold(0.0, f64::max)
-    }
-}
 
 /// The layers of all pieces.
 #[derive(Default)]

@@ -9,7 +9,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::{Voxels, VoxelsError};
 
 use super::Asked;
-use super::layers::{Piece, Pieces};
+use super::pieces::{Piece, Pieces};
 use super::plan::SurfacePlan;
 use super::pores::Solid;
 use crate::waam::deposit::stock::{SurfacePoint, points, reach, stock};

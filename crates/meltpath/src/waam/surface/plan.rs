@@ -11,7 +11,7 @@ use meltpath_planning::surface::{
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::{Layer, Toolpath};
 
-use super::layers::Pieces;
+use super::pieces::Pieces;
 use super::thickness::Thickness;
 use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;

@@ -10,7 +10,8 @@ use meltpath_robot::Summary;
 
 use super::ground::stands;
 use super::grow::{Grown, drive};
-use super::layers::{OntoMeshes, OntoPart, plan_layers};
+use super::layers::plan_layers;
+use super::pieces::{OntoMeshes, OntoPart};
 use super::plan::{SurfacePlan, plan_wall};
 use super::{Asked, Shape, WallAsked, held, judge, metal};
 use crate::stages::onto::{self, Onto};
