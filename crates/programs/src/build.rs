@@ -2,7 +2,7 @@
 //!
 //! For each bead: along a travel at clearance above the highest surface so far (the highest point of any bead so far and of the next,
 //! plus its expected height), down to the start, FINE and arc on there; the bead with the job's smoothing; FINE and arc off at its end;
-//! up again. All these are linear moves, so that the simulation knows their path; the first move alone is a joint move. Travel passes
+//! up again. Between beads on a flank, whose torch leans by more than 45°, it draws back along the torch instead. All these are linear moves, so that the simulation knows their path; the first move alone is a joint move. Travel passes
 //! of the toolpath are followed without arc. The comments `Layer n` and `Pass n` tell what follows, to people and to
 //! [`crate::read_toolpath`].
 
@@ -10,6 +10,7 @@ mod between;
 mod check;
 mod coordination;
 mod error;
+mod flank;
 mod partial;
 mod service;
 mod weaving;
@@ -27,6 +28,7 @@ use crate::cell::CellProgramming;
 pub use coordination::tell;
 use coordination::{Coordination, MOST_AXES, axes_at, halfway};
 pub use error::BuildError;
+use flank::{Flanks, raised, same};
 use partial::before;
 pub use partial::{Restart, dry_run, laid_from};
 use service::Upkeep;
@@ -127,6 +129,8 @@ pub fn build(
         short: None,
         layer: None,
         highest: f64::NEG_INFINITY,
+        flanks: Flanks::of(toolpath),
+        flank: None,
         place: None,
         weave: 0,
         beads: BTreeMap::new(),
@@ -181,6 +185,10 @@ struct Builder<'a> {
     layer: Option<u32>,
     /// Highest surface so far, mm.
     highest: f64,
+    /// Metal and layers on flanks.
+    flanks: Flanks,
+    /// The direction out of the flank that the tool is beyond all metal of.
+    flank: Option<DVec3>,
     /// Where the tool is.
     place: Option<Point>,
     /// The weave that is on, by its number in the toolpath; 0 for none.
@@ -465,12 +473,31 @@ impl Builder<'_> {
         }
     }
 
-    /// Down to the start of a bead, where the arc is struck.
-    fn strike(&mut self, start: Point, on: ArcWord) {
-        match self.cell.approach_height.map(|h| h.0) {
-            Some(height) => {
-                let near = start.drawn_back(height);
-                self.travel(near);
+    /// Down to the start of a bead, where the arc is struck; `way` leads out of the flank that it lies on.
+    fn strike(&mut self, start: Point, way: Option<DVec3>, on: ArcWord) {
+        let asked = self.cell.approach_height.map(|h| h.0);
+        let beyond = way.map(|way| raised(start, way, self.beyond(way)));
+        let near = match (asked.map(|height| start.drawn_back(height)), beyond) {
+            (Some(a), Some(b))
+                if a.position.distance(start.position) > b.position.distance(start.position) =>
+            {
+                Some(a)
+            }
+            (asked, beyond) => beyond.or(asked),
+        };
+        match near {
+            Some(near) => {
+                match (way, self.flank, self.place) {
+                    (Some(way), Some(before), Some(place)) if same(way, before) => {
+                        let speed = self.cell.travel_speed.0;
+                        let over = self.wording.smoothed(*self.cell.travel_smoothing);
+                        let up = raised(place, way, self.beyond(way));
+                        if up.position != place.position {
+                            self.line(up, speed, over, None);
+                        }
+                    }
+                    _ => self.travel(near),
+                }
                 let over = self.wording.smoothed(*self.cell.travel_smoothing);
                 self.line(near, self.cell.travel_speed.0, over, None);
             }
@@ -480,14 +507,25 @@ impl Builder<'_> {
         self.line(start, approach, Termination::Fine, Some(on));
     }
 
-    /// Away from the end of a bead, up to the height of travels.
-    fn leave(&mut self) {
+    /// How far out of a flank travels go, mm along the direction out of it.
+    fn beyond(&self, way: DVec3) -> f64 {
+        self.flanks.level(way) + self.cell.clearance.0
+    }
+
+    /// Away from the end of a bead, up to the height of travels; `way` leads out of the flank that it lies on.
+    fn leave(&mut self, way: Option<DVec3>) {
         let over = self.wording.smoothed(*self.cell.travel_smoothing);
+        self.flank = way;
         if let (Some(height), Some(end)) = (*self.cell.retract_height, self.place) {
             let approach = self.cell.approach_speed.0;
             self.line(end.drawn_back(height.0), approach, over.clone(), None);
         }
         let Some(end) = self.place else { return };
+        if let Some(way) = way {
+            let end = raised(end, way, self.beyond(way));
+            self.line(end, self.cell.travel_speed.0, over, None);
+            return;
+        }
         let clear = self.highest + self.cell.clearance.0;
         if self.cell.retract_height.is_none() || end.position.z < clear {
             self.line(end.at_height(clear), self.cell.travel_speed.0, over, None);
@@ -518,15 +556,15 @@ impl Builder<'_> {
             Vec::new()
         };
         let (lines, points_of_bead) = (steps.len() * 2 + 12 + due.len(), steps.len() * 2 + 4);
+        let way = self.flanks.way(pass.layer);
         let heights = [*self.cell.approach_height, *self.cell.retract_height];
-        if !self
-            .assembly
-            .takes(lines, points_of_bead + heights.iter().flatten().count())
-        {
+        let more = heights.iter().flatten().count() + usize::from(way.is_some());
+        if !self.assembly.takes(lines, points_of_bead + more) {
             self.assembly.cut();
         }
         // the travel to a bead clears what it will be, too: the nozzle is wider than the wire
         self.highest = self.highest.max(top);
+        self.flanks.lay(pass.layer, &points, 0.0);
         self.layer(pass.layer, due);
         self.assembly.push(comment(&self.name(pass)));
         if pass.head.role.deposits() {
@@ -534,11 +572,12 @@ impl Builder<'_> {
             let feed = self.feed(pass, first);
             let schedule = self.schedule(feed);
             let on = self.wording.word(ArcAction::Start, schedule);
-            self.strike(start, on);
+            self.strike(start, way, on);
             self.follow(pass, &steps, Some(schedule));
             self.set_weave(0);
             self.highest = self.highest.max(top + self.growth(pass));
-            self.leave();
+            self.flanks.lay(pass.layer, &points, self.growth(pass));
+            self.leave(way);
             self.count(pass);
         } else {
             self.follow(pass, &steps, None);

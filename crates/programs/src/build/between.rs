@@ -26,6 +26,7 @@ impl Builder<'_> {
             0.0
         };
         self.highest = self.highest.max(highest(&points) + grown);
+        self.flanks.lay(pass.layer, &points, grown);
     }
 
     /// The calls of the cell that are due before a bead. The torch comes back from them by a joint move.

@@ -6,6 +6,7 @@ mod cli_layers;
 mod coordinated;
 mod daily;
 mod dialects;
+mod flank;
 mod foreign;
 mod logic;
 mod others;
