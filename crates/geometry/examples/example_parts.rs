@@ -66,6 +66,25 @@ fn boss_on_pipe() -> Mesh {
     join(pipe, &boss)
 }
 
+/// A round bar of 64 corners from a place along an axis.
+fn bar(from: DVec3, axis: DVec3, radius: f64, length: f64) -> Mesh {
+    const CORNERS: u32 = 64;
+    let axis = axis.normalize();
+    let u = DVec3::Y;
+    let v = axis.cross(u);
+    let corner = |i: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
+        (radius * cos, radius * sin)
+    };
+    // a prism lies along y: its x, y and z become u, the axis and v
+    let outline: Vec<(f64, f64)> = (0..CORNERS).map(corner).collect();
+    let mut bar = prism(&outline, 0.0, length);
+    for p in &mut bar.vertices {
+        *p = from + p.x * v + p.y * axis + p.z * u;
+    }
+    bar
+}
+
 fn main() -> io::Result<()> {
     let examples = PathBuf::from(
         std::env::args()
@@ -81,6 +100,20 @@ fn main() -> io::Result<()> {
     stl("raster-wall", "wall.stl", &wall(120.0, 6.0, 25.0, 1.85))?;
     stl("contour-wall", "wall.stl", &wall(120.0, 8.0, 20.0, 1.85))?;
     stl("boss-on-pipe", "boss-on-pipe.stl", &boss_on_pipe())?;
+    let plate = shapes::cuboid(DVec3::new(-75.0, -60.0, -12.0), DVec3::new(75.0, 60.0, 0.0));
+    stl("node", "plate.stl", &plate)?;
+    let block = shapes::cuboid(DVec3::new(-25.0, -20.0, -2.0), DVec3::new(25.0, 20.0, 50.0));
+    stl("node", "block.stl", &block)?;
+    let strut = bar(DVec3::new(20.0, 0.0, 28.0), DVec3::X, 14.0, 35.0);
+    stl("node", "strut.stl", &strut)?;
+    let (sin, cos) = 20.0_f64.to_radians().sin_cos();
+    let arm = bar(
+        DVec3::new(-18.0, 0.0, 25.0),
+        DVec3::new(-cos, 0.0, sin),
+        13.0,
+        45.0,
+    );
+    stl("node", "arm.stl", &arm)?;
     let blank = NamedMesh {
         name: "impeller-blank".to_owned(),
         mesh: shapes::impeller_blank((24.0, 40.0), (65.0, 10.0), 11.0),
