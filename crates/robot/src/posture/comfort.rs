@@ -10,6 +10,9 @@ pub(super) const STEP: f64 = 1.0;
 /// A joint or a singularity nearer than this, rad, costs as much per length as [`MOTION`].
 const COMFORT: f64 = 0.35;
 
+/// Nearer to a limit than this, rad, a way is as good as blocked: between key places it may come nearer still, and verdicts ask for 2°.
+const KEPT: f64 = 0.05;
+
 /// Joint motion that is taken to keep a joint [`COMFORT`] from its limit, rad/mm.
 pub(super) const MOTION: f64 = 1e-3;
 
@@ -21,7 +24,9 @@ const WOUND: f64 = 0.75 * TAU;
 
 /// What a way costs per length, rad²/mm².
 pub(super) fn discomfort(arm: &Arm, joints: [f64; 6]) -> f64 {
+    // from twice as far on the distance from the limit is that from what is kept of it
     let limit = arm.margin(joints).0;
+    let limit = limit.min(2.0 * (limit - KEPT));
     let singular = arm.nearness(joints).map_or(f64::INFINITY, |n| {
         n.wrist.min(n.elbow).min(n.shoulder.abs() / REACH)
     });
