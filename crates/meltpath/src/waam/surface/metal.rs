@@ -50,7 +50,7 @@ pub(super) fn checks(
     };
     let fine = fine.into_iter();
     let mut checks: Vec<Check> = fine
-        .map(|check| converged(check, &coarse, &plan.ground))
+        .map(|check| converged(check, &coarse, (&plan.ground, settings)))
         .collect();
     doubt::undecided(&mut checks, &doubts(grown, plan, settings));
     checks
@@ -98,10 +98,10 @@ fn loose(laid: &Laid, commands: &Commands, limit: f64) -> Check {
 }
 
 /// What the finer voxels say; what the coarser ones differ by is part of its uncertainty.
-fn converged(fine: Check, coarse: &[Check], ground: &Ground) -> Check {
+fn converged(fine: Check, coarse: &[Check], (ground, settings): (&Ground, &Settings)) -> Check {
     let advice = match ground {
         Ground::Base(_) => remedy(&fine.id),
-        Ground::Body(_) => onto::remedy(&fine.id),
+        Ground::Body(_) => onto::remedy(&fine.id, settings.surface.as_ref()),
     };
     let other = coarse.iter().find(|c| c.id == fine.id);
     let other = other.and_then(|c| c.value.as_ref());

@@ -103,9 +103,13 @@ struct Stock {
     at: DVec3,
 }
 
-/// What mends a check of the metal.
-pub(super) fn remedy(id: &str) -> &'static str {
+/// What mends a check of the metal, where heights are what beads grow to already or are not.
+pub(super) fn remedy(id: &str, asked: Option<&Asked>) -> &'static str {
+    let grows = asked.is_some_and(|asked| asked.grows);
     match id {
+        "height" if grows => {
+            "layers.height of what such layers were measured to grow, or the height corrected at the machine every few layers"
+        }
         "height" => {
             "layers.height = \"auto\", or the height corrected at the machine every few layers"
         }
@@ -115,6 +119,9 @@ pub(super) fn remedy(id: &str) -> &'static str {
         "loose" => "target.allowance, so that beads at the rim lie on metal; or a narrower bead",
         "lack" | "stock" => {
             "raise target.allowance, target.allowance_top over faces that show away from the body, or take a narrower bead"
+        }
+        _ if grows => {
+            "a machine.ctwd farther from the limit, or the height corrected at the machine every few layers"
         }
         _ => "layers.height = \"auto\", or a machine.ctwd farther from the limit",
     }
