@@ -13,6 +13,7 @@ mod error;
 mod flank;
 mod partial;
 mod service;
+mod travel;
 mod weaving;
 mod wording;
 
@@ -28,7 +29,7 @@ use crate::cell::CellProgramming;
 pub use coordination::tell;
 use coordination::{Coordination, MOST_AXES, axes_at, halfway};
 pub use error::BuildError;
-use flank::{Flanks, raised, same};
+use flank::Flanks;
 use partial::before;
 pub use partial::{Restart, dry_run, laid_from};
 use service::Upkeep;
@@ -452,86 +453,6 @@ impl Builder<'_> {
         }
     }
 
-    /// To over `to` at clearance, from wherever the tool is.
-    fn travel(&mut self, to: Point) {
-        let clear = (self.highest + self.cell.clearance.0).max(to.position.z);
-        let speed = self.cell.travel_speed.0;
-        let over = self.wording.smoothed(*self.cell.travel_smoothing);
-        if let Some(place) = self.place {
-            if place.position.z < clear {
-                self.line(place.at_height(clear), speed, over.clone(), None);
-            }
-            self.line(to.at_height(clear), speed, over, None);
-        } else {
-            let first = match self.settings.dialect {
-                // its joint moves have the speed of the tool
-                Dialect::Rapid => self.wording.speed(self.cell.travel_speed.0),
-                _ => Speed::share((self.cell.first_move.0 * 100.0).round()),
-            };
-            let to = to.at_height(clear);
-            self.motion(MotionKind::Joint, to, first, Termination::Fine, None);
-        }
-    }
-
-    /// Down to the start of a bead, where the arc is struck; `way` leads out of the flank that it lies on.
-    fn strike(&mut self, start: Point, way: Option<DVec3>, on: ArcWord) {
-        let asked = self.cell.approach_height.map(|h| h.0);
-        let beyond = way.map(|way| raised(start, way, self.beyond(way)));
-        let near = match (asked.map(|height| start.drawn_back(height)), beyond) {
-            (Some(a), Some(b))
-                if a.position.distance(start.position) > b.position.distance(start.position) =>
-            {
-                Some(a)
-            }
-            (asked, beyond) => beyond.or(asked),
-        };
-        match near {
-            Some(near) => {
-                match (way, self.flank, self.place) {
-                    (Some(way), Some(before), Some(place)) if same(way, before) => {
-                        let speed = self.cell.travel_speed.0;
-                        let over = self.wording.smoothed(*self.cell.travel_smoothing);
-                        let up = raised(place, way, self.beyond(way));
-                        if up.position != place.position {
-                            self.line(up, speed, over, None);
-                        }
-                    }
-                    _ => self.travel(near),
-                }
-                let over = self.wording.smoothed(*self.cell.travel_smoothing);
-                self.line(near, self.cell.travel_speed.0, over, None);
-            }
-            None => self.travel(start),
-        }
-        let approach = self.cell.approach_speed.0;
-        self.line(start, approach, Termination::Fine, Some(on));
-    }
-
-    /// How far out of a flank travels go, mm along the direction out of it.
-    fn beyond(&self, way: DVec3) -> f64 {
-        self.flanks.level(way) + self.cell.clearance.0
-    }
-
-    /// Away from the end of a bead, up to the height of travels; `way` leads out of the flank that it lies on.
-    fn leave(&mut self, way: Option<DVec3>) {
-        let over = self.wording.smoothed(*self.cell.travel_smoothing);
-        self.flank = way;
-        if let (Some(height), Some(end)) = (*self.cell.retract_height, self.place) {
-            let approach = self.cell.approach_speed.0;
-            self.line(end.drawn_back(height.0), approach, over.clone(), None);
-        }
-        let Some(end) = self.place else { return };
-        if let Some(way) = way {
-            let end = raised(end, way, self.beyond(way));
-            self.line(end, self.cell.travel_speed.0, over, None);
-            return;
-        }
-        let clear = self.highest + self.cell.clearance.0;
-        if self.cell.retract_height.is_none() || end.position.z < clear {
-            self.line(end.at_height(clear), self.cell.travel_speed.0, over, None);
-        }
-    }
-
     /// A checked pass of a layer that lies `height` mm over the part's z = 0.
     fn pass(&mut self, pass: &Pass<'_>, height: f64) {
         let points = self.points(pass, height);
@@ -564,7 +485,7 @@ impl Builder<'_> {
         }
         // the travel to a bead clears what it will be, too: the nozzle is wider than the wire
         self.highest = self.highest.max(top);
-        self.flanks.lay(pass.layer, &points, 0.0);
+        self.flanks.lay(pass.layer, places(&points), 0.0);
         self.layer(pass.layer, due);
         self.assembly.push(comment(&self.name(pass)));
         if pass.head.role.deposits() {
@@ -576,7 +497,8 @@ impl Builder<'_> {
             self.follow(pass, &steps, Some(schedule));
             self.set_weave(0);
             self.highest = self.highest.max(top + self.growth(pass));
-            self.flanks.lay(pass.layer, &points, self.growth(pass));
+            let growth = self.growth(pass);
+            self.flanks.lay(pass.layer, places(&points), growth);
             self.leave(way);
             self.count(pass);
         } else {
@@ -602,6 +524,11 @@ impl Builder<'_> {
     fn growth(&self, pass: &Pass<'_>) -> f64 {
         self.profile(pass).height.max(0.0)
     }
+}
+
+/// Where some points are, mm.
+fn places(points: &[Point]) -> impl Iterator<Item = DVec3> {
+    points.iter().map(|p| p.position)
 }
 
 /// The highest of some points, mm.

@@ -3,7 +3,7 @@
 use meltpath_toolpath::{Channel, Move, Pass};
 
 use super::wording::SHORTEST_WAIT;
-use super::{Builder, Pause, highest, moved};
+use super::{Builder, Pause, highest, moved, places};
 use crate::assembly::comment;
 use crate::program::Instruction;
 use crate::upkeep::Split;
@@ -26,7 +26,7 @@ impl Builder<'_> {
             0.0
         };
         self.highest = self.highest.max(highest(&points) + grown);
-        self.flanks.lay(pass.layer, &points, grown);
+        self.flanks.lay(pass.layer, places(&points), grown);
     }
 
     /// The calls of the cell that are due before a bead. The torch comes back from them by a joint move.

@@ -6,8 +6,6 @@ use std::collections::BTreeMap;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Layer, Toolpath};
 
-use super::{Point, rounded};
-
 /// A layer whose torch leans by more than 45° from the vertical stands on a flank, its cosine.
 const LEANS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Its torch points in one direction: the mean of unit vectors is so long at least.
@@ -42,15 +40,15 @@ impl Flanks {
     }
 
     /// Notes a bead of a layer, which grows so far over its path.
-    pub(super) fn lay(&mut self, layer: u32, points: &[Point], growth: f64) {
+    pub(super) fn lay(&mut self, layer: u32, places: impl Iterator<Item = DVec3>, growth: f64) {
         if self.ways.is_empty() {
             return;
         }
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = self.boxes.entry(layer).or_insert(none);
-        for p in points {
-            *low = low.min(p.position);
-            *high = high.max(p.position);
+        for p in places {
+            *low = low.min(p);
+            *high = high.max(p);
         }
         self.growth = self.growth.max(growth);
     }
@@ -66,16 +64,6 @@ impl Flanks {
 /// Whether two directions are those of one flank.
 pub(super) fn same(a: DVec3, b: DVec3) -> bool {
     a.dot(b) > SAME
-}
-
-/// A point moved along a direction up to a level; one that is beyond stays.
-pub(super) fn raised(point: Point, way: DVec3, level: f64) -> Point {
-    let short = level - point.position.dot(way);
-    if short <= 0.0 {
-        return point;
-    }
-    let position = rounded(point.position + short * way, 0.0);
-    Point { position, ..point }
 }
 
 /// The mean direction of the torch over a layer's beads, where it is one direction that leans.
