@@ -104,8 +104,10 @@ pub fn load(
             *v = build_from_file.transform_point3(*v);
         }
     };
-    all.iter_mut().for_each(|part| placed(&mut part.mesh));
-    top.iter_mut().for_each(placed);
+    let meshes = all.iter_mut().map(|part| &mut part.mesh);
+    for mesh in meshes.chain(&mut top) {
+        placed(mesh);
+    }
     Ok(Onto {
         parts: all,
         body,

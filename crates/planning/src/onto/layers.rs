@@ -204,16 +204,13 @@ impl<'a> Growing<'a> {
                 return f64::INFINITY;
             };
             let from_body = foot.distance;
-            let (over, at) = match &self.field.top {
-                Some(top) => {
-                    let [_, apart] = top.apart(p, from_body);
-                    (from_body - end * apart, p)
-                }
-                None => {
-                    // a layer is as wide as in its middle
-                    let within = from_body.min(0.5 * (bottom + end));
-                    (from_body - end, foot.point + within * foot.outward)
-                }
+            let (over, at) = if let Some(top) = &self.field.top {
+                let [_, apart] = top.apart(p, from_body);
+                (from_body - end * apart, p)
+            } else {
+                // a layer is as wide as in its middle
+                let within = from_body.min(0.5 * (bottom + end));
+                (from_body - end, foot.point + within * foot.outward)
             };
             // far off nothing is known of how far
             let far = self.outside(at).min(FAR * cell);
