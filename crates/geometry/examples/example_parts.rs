@@ -47,23 +47,16 @@ fn prism(profile: &[(f64, f64)], from: f64, to: f64) -> Mesh {
     }
 }
 
-fn join(mut a: Mesh, b: &Mesh) -> Mesh {
-    let offset = a.vertices.len() as u32;
-    a.vertices.extend_from_slice(&b.vertices);
-    a.triangles
-        .extend(b.triangles.iter().map(|t| t.map(|v| v + offset)));
-    a
-}
-
 /// A pipe Ø 100 / Ø 80, 55 mm tall, with a boss on its side that stands on the plate, so that it needs no support.
 fn boss_on_pipe() -> Mesh {
-    let pipe = shapes::extrude(&[shapes::ring(50.0, 40.0, 180)], 55.0);
+    let mut pipe = shapes::extrude(&[shapes::ring(50.0, 40.0, 180)], 55.0);
     let boss = prism(
         &[(45.0, 0.0), (64.0, 0.0), (64.0, 45.0), (45.0, 45.0)],
         -18.0,
         18.0,
     );
-    join(pipe, &boss)
+    pipe.add(&boss);
+    pipe
 }
 
 /// A round bar of 64 corners from a place along an axis.

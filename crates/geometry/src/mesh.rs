@@ -30,6 +30,21 @@ impl Mesh {
         self.triangles[t].map(|v| self.vertices[v as usize])
     }
 
+    /// Adds the triangles of another mesh in the same frame. Nothing is welded: where both reach into each other they stay two surfaces.
+    ///
+    /// ```
+    /// use meltpath_geometry::shapes::thin_wall;
+    /// let mut walls = thin_wall(60.0, 10.0, 20.0);
+    /// walls.add(&thin_wall(60.0, 10.0, 20.0));
+    /// assert_eq!(walls.volume(), 2.0 * 60.0 * 10.0 * 20.0);
+    /// ```
+    pub fn add(&mut self, other: &Mesh) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(&other.vertices);
+        let moved = other.triangles.iter().map(|t| t.map(|v| v + first));
+        self.triangles.extend(moved);
+    }
+
     /// Smallest and largest coordinates over the vertices, or `None` for a mesh without vertices.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         bounds(self.vertices.iter().copied())

@@ -23,11 +23,10 @@ pub struct UnionVolume {
 /// ```
 /// use meltpath_geometry::{shapes::thin_wall, union::union_volume};
 /// let mut walls = thin_wall(60.0, 10.0, 20.0);
-/// let count = walls.vertices.len() as u32;
 /// // the same wall once more, half its length on
-/// let again = thin_wall(60.0, 10.0, 20.0);
-/// walls.vertices.extend(again.vertices.iter().map(|v| v.with_x(v.x + 30.0)));
-/// walls.triangles.extend(again.triangles.iter().map(|t| t.map(|v| v + count)));
+/// let mut again = walls.clone();
+/// again.vertices.iter_mut().for_each(|v| v.x += 30.0);
+/// walls.add(&again);
 /// let found = union_volume(&walls);
 /// assert!((found.volume - 18_000.0).abs() < 3.0 * found.sigma.max(1.0), "{found:?}");
 /// ```
@@ -127,10 +126,9 @@ mod tests {
     fn joined(parts: &[(Mesh, DVec3)]) -> Mesh {
         let mut all = Mesh::default();
         for (part, by) in parts {
-            let count = all.vertices.len() as u32;
-            all.vertices.extend(part.vertices.iter().map(|v| *v + *by));
-            all.triangles
-                .extend(part.triangles.iter().map(|t| t.map(|v| v + count)));
+            let mut part = part.clone();
+            part.vertices.iter_mut().for_each(|v| *v += *by);
+            all.add(&part);
         }
         all
     }

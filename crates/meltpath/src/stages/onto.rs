@@ -35,10 +35,7 @@ impl Onto {
     pub fn whole(&self) -> Mesh {
         let mut whole = Mesh::default();
         for Part { mesh, .. } in &self.parts {
-            let first = whole.vertices.len() as u32;
-            whole.vertices.extend(&mesh.vertices);
-            let moved = mesh.triangles.iter().map(|t| t.map(|v| v + first));
-            whole.triangles.extend(moved);
+            whole.add(mesh);
         }
         whole
     }

@@ -10,39 +10,45 @@ use meltpath_scan_head::head::vector::{ScanJob, Vector};
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_toolpath::Role;
 
+/// What is measured of spots that hit where they are told, each during one of the vectors along a path.
+fn measured(path: &[DVec2], hits: &[DVec2], vectors: &[u32]) -> PathErrors {
+    let contour = |p: &DVec2| Vector {
+        kind: Role::Contour,
+        end: p.extend(0.0),
+        speed: 1000.0,
+        power: 200.0,
+        wait: 0.0,
+        block: 0,
+    };
+    let job = ScanJob {
+        start: path[0].extend(0.0),
+        vectors: path[1..].iter().map(contour).collect(),
+    };
+    let n = hits.len();
+    let mut errors = PathErrors::new(1.0, 1e-5);
+    errors.block(&HeadBlock {
+        period: 1e-5,
+        command: CommandBlock {
+            first: 0,
+            position: hits.iter().map(|p| p.extend(0.0)).collect(),
+            vector: vectors.to_vec(),
+            moving: vec![true; n],
+        },
+        layers: vec![Arc::new(Prepared::of(job))],
+        lit: vec![1.0; n],
+        focus: vec![0.0; n],
+        hit: hits.to_vec(),
+        ..HeadBlock::default()
+    });
+    errors
+}
+
 /// AC-37 (M): two shapes of known error; never more than the tracking error at the same instant.
 #[test]
 fn lpbf_ac37_contour_error() {
     let errors = |path: &[DVec2], hits: &[DVec2], vectors: &[u32]| {
-        let contour = |p: &DVec2| Vector {
-            kind: Role::Contour,
-            end: p.extend(0.0),
-            speed: 1000.0,
-            power: 200.0,
-            wait: 0.0,
-            block: 0,
-        };
-        let job = ScanJob {
-            start: path[0].extend(0.0),
-            vectors: path[1..].iter().map(contour).collect(),
-        };
-        let n = hits.len();
-        let mut errors = PathErrors::new(1.0, 1e-5);
-        errors.block(&HeadBlock {
-            period: 1e-5,
-            command: CommandBlock {
-                first: 0,
-                position: hits.iter().map(|p| p.extend(0.0)).collect(),
-                vector: vectors.to_vec(),
-                moving: vec![true; n],
-            },
-            layers: vec![Arc::new(Prepared::of(job))],
-            lit: vec![1.0; n],
-            focus: vec![0.0; n],
-            hit: hits.to_vec(),
-            ..HeadBlock::default()
-        });
-        assert_eq!(errors.contour.total(), n as u64);
+        let errors = measured(path, hits, vectors);
+        assert_eq!(errors.contour.total(), hits.len() as u64);
         [errors.contour.mean(), errors.contour.largest]
     };
     // a line in pieces of 0.05 mm, 0.25 mm late and 0.03 mm aside: far less than the 0.252 mm between points of one instant
@@ -70,39 +76,13 @@ fn lpbf_ac37_contour_error() {
 /// A corner cut by 0.2 mm, the spot standing lit at its end: most points are on the contour, a fifth of the way is not.
 #[test]
 fn a_spot_that_stands_makes_no_contour_better() {
-    let contour = |end: DVec2| Vector {
-        kind: Role::Contour,
-        end: end.extend(0.0),
-        speed: 1000.0,
-        power: 200.0,
-        wait: 0.0,
-        block: 0,
-    };
-    let job = ScanJob {
-        start: DVec2::ZERO.extend(0.0),
-        vectors: vec![contour(DVec2::new(10.0, 0.0))],
-    };
     let aside = |k: u32| if k < 200 { 0.2 } else { 0.0 };
     let mut hits: Vec<DVec2> = (0..1000)
         .map(|k| DVec2::new(0.01 * f64::from(k), aside(k)))
         .collect();
     hits.extend(vec![DVec2::new(9.99, 0.0); 9000]);
-    let n = hits.len();
-    let mut errors = PathErrors::new(1.0, 1e-5);
-    errors.block(&HeadBlock {
-        period: 1e-5,
-        command: CommandBlock {
-            first: 0,
-            position: hits.iter().map(|p| p.extend(0.0)).collect(),
-            vector: vec![0; n],
-            moving: vec![true; n],
-        },
-        layers: vec![Arc::new(Prepared::of(job))],
-        lit: vec![1.0; n],
-        focus: vec![0.0; n],
-        hit: hits,
-        ..HeadBlock::default()
-    });
+    let path = [DVec2::ZERO, DVec2::new(10.0, 0.0)];
+    let errors = measured(&path, &hits, &vec![0; hits.len()]);
     assert!((errors.contour.share_below(0.03) - 0.98).abs() < 1e-9);
     assert!((errors.contour_way.share_below(0.03) - 0.8).abs() < 0.01);
 }

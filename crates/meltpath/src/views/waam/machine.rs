@@ -151,10 +151,8 @@ fn torch(shapes: Option<&Shapes>, flange_from_torch: Option<Pose>) -> Mesh {
         &[[0.0, -length], [radius, -length], [radius, 0.0], [0.0, 0.0]].map(DVec2::from),
         SIDES,
     );
-    add(
-        &mut mesh,
-        capsule(back, flange, shapes.map_or(LINE, |s| s.torch)),
-    );
+    let radius = shapes.map_or(LINE, |s| s.torch);
+    mesh.add(&capsule(back, flange, radius));
     mesh
 }
 
@@ -166,13 +164,6 @@ fn table(shapes: Option<&Shapes>) -> Mesh {
     let [x, y] = table.size;
     let half = DVec3::new(0.5 * x, 0.5 * y, 0.0);
     cuboid(-half - table.thickness.min(TABLE) * DVec3::Z, half)
-}
-
-fn add(mesh: &mut Mesh, other: Mesh) {
-    let first = mesh.vertices.len() as u32;
-    mesh.vertices.extend(other.vertices);
-    let moved = other.triangles.into_iter().map(|t| t.map(|v| v + first));
-    mesh.triangles.extend(moved);
 }
 
 #[cfg(test)]

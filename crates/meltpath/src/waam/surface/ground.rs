@@ -103,10 +103,7 @@ pub(crate) fn shown(plan: &SurfacePlan, holders: &[Holder]) -> Option<Mesh> {
         .into_iter()
         .chain(holders.iter().map(round))
         .reduce(|mut all, mesh| {
-            let first = all.vertices.len() as u32;
-            all.vertices.extend(mesh.vertices);
-            let moved = mesh.triangles.into_iter().map(|t| t.map(|v| v + first));
-            all.triangles.extend(moved);
+            all.add(&mesh);
             all
         })
 }

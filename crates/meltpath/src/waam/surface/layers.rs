@@ -50,7 +50,7 @@ pub(crate) fn plan_layers(
     let count = meshes.parts.len();
     for part in meshes.parts {
         let name = part.name.clone();
-        let piece = planned(part, &pieces, &mut laid, (asked, settings, count), told);
+        let piece = plan_piece(part, &pieces, &mut laid, (asked, settings, count), told);
         pieces.pieces.push(piece.map_err(|source| match count {
             1 => source,
             _ => SurfacePlanError::Piece {
@@ -92,12 +92,12 @@ pub(crate) fn plan_layers(
 }
 
 /// Plans the layers of one of `count` parts and lays them on those of the pieces before.
-fn planned(
+fn plan_piece(
     part: OntoPart,
     pieces: &Pieces,
     laid: &mut Laid,
     (asked, settings, count): (&Asked, &Settings, usize),
-    (reporter, observer): (&Reporter, &dyn Observer),
+    told: (&Reporter, &dyn Observer),
 ) -> Result<Piece, SurfacePlanError> {
     let before = laid.layers.len() as u32;
     let standing = || pieces.before(pieces.pieces.len());
@@ -139,24 +139,7 @@ fn planned(
         };
         Onto::new(&part.mesh, &under, asked.spacing, how)?
     };
-    let plan = |heights: &[f64]| onto.plan((piece.first, heights), reporter, observer);
-    let mut heights = vec![match to_top {
-        // a height that is written says how many layers, not what beads grow to
-        Some(_) => settings.bead.area.value / settings.stepover.value,
-        None => asked.spacing,
-    }];
-    let mut found = plan(&heights)?;
-    // a thickness is kept by speeds, and those follow from what beads grow to
-    if asked.grows || to_top.is_some() {
-        for _ in 0..GROWN {
-            let grown = growth(&found, settings)?;
-            if grown == heights {
-                break;
-            }
-            heights = grown;
-            found = plan(&heights)?;
-        }
-    }
+    let (found, mut heights) = as_beads_grow(&onto, piece.first, (asked, settings), told)?;
     let points = found.beads.iter().flat_map(|b| &b.pass.points);
     above_table(points.map(|p| p.position).collect(), (least, settings))?;
     let built = (pieces.pieces.len() + 1 < count).then(|| onto.built(&found));
@@ -177,6 +160,37 @@ fn planned(
     laid.beads.extend(found.beads);
     laid.layers.extend(found.layers);
     Ok(piece)
+}
+
+/// Plans the layers of a part from layer `first` on at the heights to which their beads grow, where no height is written, with these heights.
+fn as_beads_grow(
+    onto: &Onto<'_>,
+    first: u32,
+    (asked, settings): (&Asked, &Settings),
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<(OntoPlan, Vec<f64>), SurfacePlanError> {
+    let plan = |heights: &[f64]| onto.plan((first, heights), reporter, observer);
+    let to_top = goes_to_top(asked);
+    // up to a top a height that is written says how many layers, not what beads grow to
+    let begin = if to_top {
+        settings.bead.area.value / settings.stepover.value
+    } else {
+        asked.spacing
+    };
+    let mut heights = vec![begin];
+    let mut found = plan(&heights)?;
+    // a thickness is kept by speeds, and those follow from what beads grow to
+    if asked.grows || to_top {
+        for _ in 0..GROWN {
+            let grown = growth(&found, settings)?;
+            if grown == heights {
+                break;
+            }
+            heights = grown;
+            found = plan(&heights)?;
+        }
+    }
+    Ok((found, heights))
 }
 
 /// Whether layers go to the top of each part.
