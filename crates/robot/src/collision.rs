@@ -18,7 +18,7 @@ mod surroundings;
 mod sweep;
 
 pub use bodies::Body;
-pub use clear::{Clearance, Cleared, hold_clear, room_over};
+pub use clear::{Clearance, Cleared, hold_clear, is_nearest_on, room_over};
 pub use metal::Metal;
 pub use solids::{Rod, Solids};
 pub use surroundings::Surroundings;

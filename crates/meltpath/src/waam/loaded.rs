@@ -116,10 +116,11 @@ pub(super) fn other_process(path: &Path, text: &str) -> WaamError {
 fn job_name(path: &Path, job: &WaamJob) -> String {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned());
     let own = stem(path).filter(|s| s != "job");
+    // a job that is named from within its folder has the folder's name all the same
     let folder = || {
-        path.parent()
-            .and_then(Path::file_name)
-            .map(|n| n.to_string_lossy().into_owned())
+        let whole = std::path::absolute(path).ok()?;
+        let name = whole.parent()?.file_name()?;
+        Some(name.to_string_lossy().into_owned())
     };
     own.or_else(folder)
         .or_else(|| stem(Path::new(&**job.part)))

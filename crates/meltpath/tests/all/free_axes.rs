@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use crate::dialects::cell;
-use crate::support::{check, thin_wall, write};
+use crate::support::{check, part, thin_wall, write};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::Wanted;
 use meltpath::waam::{LeftOpen, plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Observer, Reporter, Silent, Status};
 use meltpath_data::{find, robots};
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::shapes;
 
 /// A KUKA before a table that lies 10 deg out of level while its axes stand at zero: the first tilts it, the second turns it.
 fn robot(folder: &Path) -> PathBuf {
@@ -148,4 +150,92 @@ fn programs_of_a_plan_show_their_progress_and_stop() {
     let told = write(&stopped, "stopped");
     assert!(told.is_err_and(|e| e.to_string() == "cancelled"));
     assert!(!dir.path().join("stopped").exists());
+}
+
+/// A boss on each of two flanks of a block: no way of the arm turns the table by half a turn along a straight travel. Between them it goes over
+/// in a joint move, in which the table turns, and both programs say so.
+#[test]
+fn a_table_turns_the_part_over_in_a_joint_move() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = &dir.path().join("job");
+    std::fs::create_dir(home).unwrap();
+    let body = [[-30.0, -20.0, 0.0], [30.0, 20.0, 40.0]];
+    let boss = |low: f64, high: f64| [[low, -8.0, 14.0], [high, 8.0, 30.0]];
+    let parts = [
+        ("body.stl", body),
+        ("right.stl", boss(28.0, 34.0)),
+        ("left.stl", boss(-34.0, -28.0)),
+    ];
+    for (name, ends) in parts {
+        let [low, high] = ends.map(DVec3::from_array);
+        part(home, name, &shapes::cuboid(low, high));
+    }
+    let shipped = find(robots::ALL, "fanuc-arcmate-120ic").unwrap().text;
+    let wide = "table = [\"1000 mm\", \"1000 mm\"]";
+    assert!(shipped.contains(wide));
+    let face_plate = shipped.replace(wide, "table = [\"400 mm\", \"400 mm\"]");
+    write(home, "robot.toml", face_plate);
+    let words = "[program.positioner]\nsource = \"test\"\nuser_frame = \"part\"\nmachine = 2\n\
+        [[program.positioner.axis]]\n[[program.positioner.axis]]\n";
+    write(home, "cell.toml", cell("fanuc-ls") + words);
+    let job = write(
+        home,
+        "job.toml",
+        "part = \"right.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+         [waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[onto]\nbody = \"body.stl\"\nthen = [\"left.stl\"]\n\
+         [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\nexternal = \"free\"\nplace = [\"0 mm\", \"0 mm\", \"100 mm\"]\n\
+         [simulation]\ncell = \"1 mm\"\n[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n",
+    );
+    let stages = Stages::default();
+    let outcome = run(&job, NextIn(&home.join("runs")), &stages).unwrap();
+    let verdict = &outcome.verdict;
+    // within limits and clear, but by guesses of the robot's file
+    for id in ["reach", "collision"] {
+        let check = check(verdict, id);
+        println!("{}", check.line());
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        assert!(check.reason.contains("guesses"), "{check:?}");
+    }
+    let told = verdict
+        .facts
+        .iter()
+        .find(|f| f.id == "way-changes")
+        .unwrap();
+    println!("{}", told.reason);
+    assert!(
+        told.reason
+            .contains("the torch goes on in another direction")
+    );
+    let text = |name: &str| std::fs::read_to_string(outcome.folder.join("program").join(name));
+    let fanuc = text("JOB.LS").unwrap();
+    let joint: Vec<&str> = fanuc.lines().filter(|l| l.contains(":J P[")).collect();
+    assert_eq!(joint.len(), 2, "{joint:?}");
+    // from one side to the other
+    let tilts = angles(&fanuc, "J1=", 'd');
+    let ends = tilts
+        .iter()
+        .fold([0.0_f64; 2], |[low, high], a| [low.min(*a), high.max(*a)]);
+    let turns = angles(&fanuc, "J2=", 'd');
+    let turned = turns.iter().any(|a| (a - turns[0]).abs() > 150.0);
+    assert!(ends[1] - ends[0] > 150.0 || turned, "{ends:?} {turns:?}");
+    // the way is looked for once; the second program makes joint moves of the same travels
+    let kuka = text("JOB.src").unwrap();
+    assert_eq!(kuka.matches("PTP XP").count(), 2, "{kuka}");
+    let told: Vec<f64> = angles(&text("JOB.dat").unwrap(), "E1 ", ',');
+    for tilt in &tilts {
+        assert!(
+            told.iter().any(|t| (t - tilt).abs() < 1e-3),
+            "{tilt} {told:?}"
+        );
+    }
+    for name in ["JOB.LS", "JOB.src"] {
+        let program = outcome.folder.join("program").join(name);
+        let again = simulate_program(&program, Some(&job), NextIn(&home.join(name)), &Silent);
+        let again = again.unwrap().verdict;
+        for id in ["reach", "collision"] {
+            let value = |v| check(v, id).value.as_ref().unwrap().value;
+            let off: f64 = value(&again) - value(verdict);
+            assert!(off.abs() < 0.2, "{name}: {id} {off}");
+        }
+    }
 }

@@ -1,6 +1,8 @@
 //! Ways that keep clear: the best way is held against what stands around, and where it comes too near all ways there are, and another
 //! one is looked for.
 
+use std::ops::RangeInclusive;
+
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
@@ -102,6 +104,35 @@ pub fn hold_clear(
     let held = best.map_or(held, |(_, held)| held);
     let found = Clearance::InVain;
     Ok(Cleared { held, found })
+}
+
+/// Whether what comes nearest of all, nearer than `wanted` mm, does so along some of a program's moves.
+///
+/// # Errors
+/// [`NotHeld`], where the program is not held after all.
+pub fn is_nearest_on(
+    task: &Task<'_>,
+    held: &Held,
+    around: &Surroundings<'_>,
+    (wanted, moves): (f64, &[RangeInclusive<u32>]),
+) -> Result<bool, NotHeld> {
+    let near = nearing(task, held, around, (wanted, 0.0))?;
+    let nearest = near.iter().max_by(|a, b| a.1.lack.total_cmp(&b.1.lack));
+    let nearest = nearest.and_then(|n| moves_of(held, n));
+    Ok(nearest.is_some_and(|m| are_of(&m, moves)))
+}
+
+/// The moves of a stretch, by their commands.
+fn moves_of(held: &Held, (run, near): &(usize, Near)) -> Option<RangeInclusive<u32>> {
+    let chain = held.chains.get(*run)?;
+    let [from, to] = near.between.map(|length| chain.command_at(length));
+    Some(from..=to)
+}
+
+/// Whether moves are some of others.
+fn are_of(moves: &RangeInclusive<u32>, others: &[RangeInclusive<u32>]) -> bool {
+    let holds = |o: &RangeInclusive<u32>| o.contains(moves.start()) && o.contains(moves.end());
+    others.iter().any(holds)
 }
 
 /// How much more room than `wanted` mm the joint moves between the runs of a program leave to what stands around, each run begun so that the

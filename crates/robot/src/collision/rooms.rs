@@ -32,7 +32,7 @@ impl<'a> Rooms<'a> {
 pub(super) struct Room {
     /// No more than its distance.
     least: f64,
-    /// Whether it was looked at in this very place.
+    /// Whether it is its distance in this very place.
     looked: bool,
 }
 
@@ -65,7 +65,8 @@ impl Room {
         }
         *self = Room {
             least: now,
-            looked: true,
+            // what lies beyond the most may be farther: with more of interest it is to be looked at again
+            looked: now < most,
         };
         near(before).then_some([before, now])
     }

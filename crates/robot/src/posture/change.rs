@@ -8,9 +8,10 @@ use std::collections::BTreeSet;
 use meltpath_base::Observer;
 
 use super::chain::{Chain, chains};
+use super::free::Free;
 use super::ladder::Blocked;
 use super::search::of_arm;
-use super::task::{NotHeld, Task, Why};
+use super::task::{Axes, NotHeld, Task, Why};
 
 /// So many travels before a place are tried, the last one first.
 const TRIED: usize = 8;
@@ -20,12 +21,11 @@ const TRIED: usize = 8;
 pub struct Change {
     /// The travel.
     pub command: u32,
-    /// Where, and why, no way from before it goes on.
-    pub why: NotHeld,
+    /// Where, and why, no way from before it goes on; nothing where the beads before and after it ask for other directions of the torch.
+    pub why: Option<NotHeld>,
 }
 
-/// The travels among `travels` on which the arm must go over to another way, in order; none where one way holds each run. Track and
-/// positioner go as the task says, or rest.
+/// The travels among `travels` on which the arm must go over to another way, in order; none where one way holds each run.
 ///
 /// # Errors
 /// [`NotHeld`] where no way holds a stretch between two travels, or the search was stopped.
@@ -42,7 +42,10 @@ pub fn changes(
                 return Err(why);
             }
             let (command, tail) = cut(task, &rest, (why.command, travels), observer).ok_or(why)?;
-            found.push(Change { command, why });
+            found.push(Change {
+                command,
+                why: Some(why),
+            });
             rest = tail;
         }
     }
@@ -51,6 +54,9 @@ pub fn changes(
 
 /// Whether one way holds a run.
 pub(super) fn holds(task: &Task<'_>, run: &Chain, observer: &dyn Observer) -> Result<(), NotHeld> {
+    if task.axes == Axes::Free {
+        return Free::new(task, run, None).best(None, observer).map(|_| ());
+    }
     of_arm(task, (run, None), &mut Blocked::new(None), observer).map(|_| ())
 }
 

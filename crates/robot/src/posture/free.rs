@@ -10,6 +10,7 @@ use super::follow::verify;
 use super::narrow::{Drawn, Narrow};
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places};
 use super::wide::{Wide, is_same};
+use crate::cell::Values;
 
 /// Least distance of key places, mm, and of those where ways are chosen wide.
 const NEAR: f64 = 10.0;
@@ -70,11 +71,16 @@ impl<'a> Free<'a> {
         self.wide.guard(near) || narrow.is_some()
     }
 
-    /// The best way.
+    /// The best way; a joint move leads there from where every axis stands `before`, if anywhere.
     ///
     /// # Errors
     /// [`NotHeld`] at the first place from which no way goes on.
-    pub(super) fn best(&mut self, observer: &dyn Observer) -> Result<Chain, NotHeld> {
+    pub(super) fn best(
+        &mut self,
+        before: Option<Values>,
+        observer: &dyn Observer,
+    ) -> Result<Chain, NotHeld> {
+        self.wide.begin_from(before);
         let mut first = None;
         for _ in 0..ATTEMPTS {
             let ways = self.wide.climb(observer).map_err(|e| first.unwrap_or(e))?;

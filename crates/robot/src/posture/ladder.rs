@@ -7,6 +7,7 @@ use meltpath_base::Observer;
 use meltpath_geometry::Pose;
 
 use super::chain::{Chain, turned};
+use super::choice::travel;
 use super::comfort::{STEP, discomfort, is_wound, motion};
 use super::stretch::apart;
 use super::task::{Guard, Near, NotHeld, Rotation, Task, Why, guard_places, keep_clear};
@@ -60,16 +61,13 @@ impl<'a> Blocked<'a> {
     }
 
     /// Keeps the ways that a joint move leads to clear of what stands around, and lets its motion count.
-    fn over(&self, from: &[f64; 6], (command, external): (u32, External), nodes: &mut Vec<Node>) {
+    fn over(&self, from: &Values, (command, external): (u32, External), nodes: &mut Vec<Node>) {
+        let values = |n: &Node| Values::of(n.joints, external);
         if let Some(guard) = self.guard {
-            keep_clear(nodes, |n| {
-                let places = between(from, &n.joints);
-                let rooms = places.map(|joints| guard(command, &Values::of(joints, external), 0.0));
-                rooms.fold(f64::INFINITY, f64::min)
-            });
+            keep_clear(nodes, |n| room_over(from, &values(n), (guard, command)));
         }
         for node in nodes {
-            node.cost += going_over(from, &node.joints);
+            node.cost += going_over(from, &values(node));
         }
     }
 
@@ -257,7 +255,7 @@ pub(super) fn milder(a: Why, b: Why) -> Why {
 /// [`NotHeld`] at the first key place that no way leads to.
 pub(super) fn climb(
     task: &Task<'_>,
-    (chain, from): (&Chain, Option<[f64; 6]>),
+    (chain, from): (&Chain, Option<Values>),
     blocked: &Blocked<'_>,
     observer: &dyn Observer,
 ) -> Result<Chosen, NotHeld> {
@@ -318,20 +316,24 @@ pub(super) fn climb(
     Ok(Chosen { chain, ways })
 }
 
-/// Places along a joint move.
-fn between(from: &[f64; 6], to: &[f64; 6]) -> impl Iterator<Item = [f64; 6]> {
-    let pieces = (apart(from, to) / OVER_STEP).ceil().max(1.0) as u32;
-    let (from, to) = (*from, *to);
-    (0..=pieces).map(move |piece| {
+/// The least room along a joint move of a command, mm, as its guard tells it.
+pub(super) fn room_over(from: &Values, to: &Values, (guard, command): (Guard<'_>, u32)) -> f64 {
+    let (a, b) = (from.external(), to.external());
+    let turned = travel(a, b).sqrt();
+    let pieces = (apart(&from.arm, &to.arm).max(turned) / OVER_STEP).ceil();
+    let pieces = pieces.max(1.0) as u32;
+    let rooms = (0..=pieces).map(|piece| {
         let share = f64::from(piece) / f64::from(pieces);
-        std::array::from_fn(|i| from[i] + (to[i] - from[i]) * share)
-    })
+        let arm = std::array::from_fn(|i| from.arm[i] + (to.arm[i] - from.arm[i]) * share);
+        guard(command, &Values::of(arm, a.lerp(b, share)), 0.0)
+    });
+    rooms.fold(f64::INFINITY, f64::min)
 }
 
 /// What a joint move costs, rad²/mm.
-fn going_over(from: &[f64; 6], to: &[f64; 6]) -> f64 {
-    let squares = from.iter().zip(to).map(|(a, b)| (b - a) * (b - a));
-    squares.sum::<f64>() / GOING_OVER
+pub(super) fn going_over(from: &Values, to: &Values) -> f64 {
+    let squares = from.arm.iter().zip(to.arm).map(|(a, b)| (b - a) * (b - a));
+    (squares.sum::<f64>() + travel(from.external(), to.external())) / GOING_OVER
 }
 
 /// The ways at a key place that some way of the one before leads to, with the least cost so far.

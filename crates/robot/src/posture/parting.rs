@@ -172,7 +172,7 @@ impl Parted<'_> {
     /// What a way from the begin comes near to at a length.
     fn before(&self, length: f64) -> Option<Bound> {
         let found = self.way(&self.rest.until(length))?;
-        Some(Bound::of(self.task, found.end))
+        Some(Bound::of(self.task, found.end.arm))
     }
 
     /// What a way from a length on comes near to there, that leads farther than any before it by half of what is left at least.

@@ -8,6 +8,7 @@ use super::free::Free;
 use super::ladder::{self, Blocked};
 use super::task::{Axes, Guard, Near, NotHeld, Rotation, Task, Why};
 use super::{Held, Margins};
+use crate::cell::Values;
 
 /// How often a way that breaks between its key places is blocked and another one looked for.
 const ATTEMPTS: usize = 40;
@@ -44,8 +45,8 @@ struct Run<'a> {
 pub(super) struct Found {
     pub(super) chain: Chain,
     margins: Margins,
-    /// Joint angles at its end, rad.
-    pub(super) end: [f64; 6],
+    /// Where every axis stands at its end.
+    pub(super) end: Values,
 }
 
 enum Way<'a> {
@@ -118,7 +119,7 @@ impl Run<'_> {
     fn search(
         &mut self,
         task: &Task<'_>,
-        before: Option<[f64; 6]>,
+        before: Option<Values>,
         observer: &dyn Observer,
     ) -> Result<Found, NotHeld> {
         let chain = match &mut self.way {
@@ -126,7 +127,7 @@ impl Run<'_> {
                 let from = before.filter(|_| task.rotation == Rotation::Free);
                 return of_arm(task, (self.chain, from), blocked, observer);
             }
-            Way::All(free) => free.best(observer)?,
+            Way::All(free) => free.best(before, observer)?,
         };
         verified(task, &chain).map_err(|broken| broken.not_held)
     }
@@ -135,10 +136,10 @@ impl Run<'_> {
 /// A chosen run that was followed to its end.
 fn verified(task: &Task<'_>, chain: &Chain) -> Result<Found, Broken> {
     let mut margins = Margins::default();
-    let mut end = chain.joints;
+    let mut end = Values::of(chain.joints, chain.external);
     let add = |sample: &Sample| {
         margins.add(task.cell, sample);
-        end = sample.joints;
+        end = Values::of(sample.joints, sample.external);
     };
     verify(task, chain, add)?;
     Ok(Found {
@@ -151,7 +152,7 @@ fn verified(task: &Task<'_>, chain: &Chain) -> Result<Found, Broken> {
 /// A way of the arm alone, and what it comes near to; it begins near `from`, where a joint move leads there from other beads.
 pub(super) fn of_arm(
     task: &Task<'_>,
-    (chain, from): (&Chain, Option<[f64; 6]>),
+    (chain, from): (&Chain, Option<Values>),
     blocked: &mut Blocked<'_>,
     observer: &dyn Observer,
 ) -> Result<Found, NotHeld> {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{is_wound, motion, step_over};
-use super::ladder::milder;
+use super::ladder::{going_over, milder, room_over};
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places, keep_clear};
 use crate::cell::{Cell, External, Values};
 
@@ -62,6 +62,16 @@ struct Kept {
 }
 
 impl Kept {
+    fn of(node: &Node) -> Kept {
+        Kept {
+            cube: node.cube,
+            heading: node.heading,
+            joints: node.joints.map(|j| j as f32),
+            total: node.cost,
+            before: 0,
+        }
+    }
+
     fn joints(&self) -> [f64; 6] {
         self.joints.map(f64::from)
     }
@@ -170,6 +180,8 @@ pub(super) struct Wide<'a> {
     /// Key places at which nothing may touch, and how much more room is asked for there, mm.
     guarded: BTreeMap<usize, f64>,
     guard: Option<Guard<'a>>,
+    /// Where every axis stands before a joint move leads to the begin.
+    from: Option<Values>,
 }
 
 impl<'a> Wide<'a> {
@@ -189,6 +201,15 @@ impl<'a> Wide<'a> {
             followed: BTreeSet::new(),
             guarded: BTreeMap::new(),
             guard,
+            from: None,
+        }
+    }
+
+    /// A joint move leads to the begin from where every axis stands, if from anywhere.
+    pub(super) fn begin_from(&mut self, from: Option<Values>) {
+        if self.from != from {
+            self.from = from;
+            self.layers.clear();
         }
     }
 
@@ -421,14 +442,16 @@ impl<'a> Wide<'a> {
         }
     }
 
+    /// A way at the begin: near where the axes stand before, or else near where they rest.
     fn begun(&self, node: &Node) -> Kept {
-        let rest = choice::travel(self.grid.rest, self.grid.value(node.cube));
+        let external = self.grid.value(node.cube);
+        let gone = match &self.from {
+            Some(from) => going_over(from, &Values::of(node.joints, external)),
+            None => REST * choice::travel(self.grid.rest, external),
+        };
         Kept {
-            cube: node.cube,
-            heading: node.heading,
-            joints: node.joints.map(|j| j as f32),
-            total: node.cost + REST * rest,
-            before: 0,
+            total: node.cost + gone,
+            ..Kept::of(node)
         }
     }
 
@@ -482,7 +505,7 @@ impl<'a> Wide<'a> {
         best.map(|(total, i)| Kept {
             total,
             before: i as u16,
-            ..self.begun(node)
+            ..Kept::of(node)
         })
     }
 
@@ -500,16 +523,22 @@ impl<'a> Wide<'a> {
     }
 
     /// The best ways at a key place, in order of their cubes: some at each place of the axes, so many in all, and only such as touch nothing where
-    /// it is guarded; where all of them do, those that have most room.
+    /// it is guarded, and on a joint move to the begin; where all of them do, those that have most room.
     fn cut(&self, place: usize, mut ways: Vec<Kept>) -> Vec<Kept> {
         let order = |k: &Kept| (k.cube, k.heading);
         ways.sort_by(|a, b| a.total.total_cmp(&b.total).then(order(a).cmp(&order(b))));
-        let guarded = self.guard.zip(self.guarded.get(&place));
-        let mut kept = if let Some((guard, more)) = guarded {
+        let from = self.from.filter(|_| place == 0);
+        let more = self.guarded.get(&place).copied();
+        let more = more.or(from.map(|_| 0.0));
+        let mut kept = if let Some((guard, more)) = self.guard.zip(more) {
             let command = self.chain.command_at(self.lengths[place]);
             let room = |k: &Kept| {
                 let values = Values::of(k.joints(), self.grid.value(k.cube));
-                guard(command, &values, *more)
+                let here = guard(command, &values, more);
+                match &from {
+                    Some(from) if here >= 0.0 => room_over(from, &values, (guard, command)),
+                    _ => here,
+                }
             };
             self.cut_clear(ways, room)
         } else {

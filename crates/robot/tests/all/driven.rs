@@ -264,7 +264,20 @@ fn the_arm_goes_over_where_no_way_holds_both_sides() {
     let found = changes(&task, &BTreeSet::from([2]), &Silent).unwrap();
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!(found[0].command, 2);
-    assert!(!matches!(found[0].why.why, Why::Stopped));
+    assert!(!matches!(found[0].why.map(|n| n.why), Some(Why::Stopped)));
+    // a table that hardly turns does not help
+    let mut tilting = cell.clone();
+    for joint in &mut tilting.positioner.as_mut().unwrap().joints {
+        (joint.limits.low, joint.limits.high) = (-0.01, 0.01);
+    }
+    let free = Task {
+        cell: &tilting,
+        axes: Axes::Free,
+        ..task
+    };
+    let with_table = changes(&free, &BTreeSet::from([2]), &Silent).unwrap();
+    assert_eq!(with_table.len(), 1, "{with_table:?}");
+    assert_eq!(with_table[0].command, 2);
     // without a travel to go over the place is told as before
     let not = changes(&task, &BTreeSet::new(), &Silent).unwrap_err();
     assert_eq!(not, hold(&task, &Silent).unwrap_err());

@@ -4,6 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_robot::collision::Cleared;
 use meltpath_robot::command::{Command, Kind, Source};
+use meltpath_robot::posture::Change;
 
 /// A way of the robot along moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +13,17 @@ pub struct ArmWay {
     commands: Vec<Command>,
     /// The way.
     pub cleared: Cleared,
+    /// Travels of these moves that become joint moves first.
+    pub over: Over,
+}
+
+/// Travels that become joint moves, over which the arm goes to another way.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Over {
+    /// The travels.
+    pub changes: Vec<Change>,
+    /// How much higher their ends lie than those of other travels, mm.
+    pub lift: f64,
 }
 
 /// Places nearer than this are one, mm and rad: positions have the digits of a file.
@@ -20,12 +32,13 @@ const SAME_PLACE: f64 = 1e-6;
 const SAME_SPEED: f64 = 0.02;
 
 impl ArmWay {
-    /// A way along what is commanded.
-    pub fn along((start, commands): (Pose, &[Command]), cleared: Cleared) -> Self {
+    /// A way along what is commanded, once travels of it are joint moves.
+    pub fn along((start, commands): (Pose, &[Command]), cleared: Cleared, over: Over) -> Self {
         ArmWay {
             start,
             commands: commands.to_vec(),
             cleared,
+            over,
         }
     }
 

@@ -1,6 +1,7 @@
 //! How the job's robot holds the torch along programs, and what their positions then say.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use meltpath_base::{Observer, Quiet, Reporter};
@@ -10,13 +11,15 @@ use meltpath_programs::program::{
 };
 use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
 use meltpath_robot::cell::{Cell, External, Stance, Values};
-use meltpath_robot::collision::{self, Clearance, Cleared, Surroundings, hold_clear};
+use meltpath_robot::collision::{
+    self, Clearance, Cleared, Surroundings, hold_clear, is_nearest_on,
+};
 use meltpath_robot::command::Kind;
 use meltpath_robot::posture::{self, Change, End, Follower, Held, NotHeld, Rotation, Task, hold};
 use meltpath_toolpath::Toolpath;
 
 use crate::job::waam::ExternalChoice;
-use crate::waam::drive::arm_way::ArmWay;
+use crate::waam::drive::arm_way::{ArmWay, Over};
 use crate::waam::drive::divide;
 use crate::waam::drive::division::Division;
 use crate::waam::drive::expected::{expected, metal_at};
@@ -129,17 +132,24 @@ fn choose(
     }
     let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
     let found = match known {
-        Some(way) => Ok((moves, Arc::clone(way), Vec::new())),
-        None => looked_for((programs, schedules), moves, site, observer)?,
+        Some(way) => Ok(Arc::clone(way)),
+        None => looked_for((programs, schedules), &moves, site, observer)?.map(Arc::new),
     };
-    let (moves, way, over) = match found {
-        Ok(found) => found,
+    let way = match found {
+        Ok(way) => way,
         Err(divisions) => {
             return Ok(Chosen {
                 divisions,
                 ..Chosen::default()
             });
         }
+    };
+    let Over { changes, lift } = &way.over;
+    let raised = !changes.is_empty() && over::write(programs, &moves, changes, *lift);
+    let moves = if raised {
+        commands(programs, schedules, settings, &Reporter::new())?
+    } else {
+        moves
     };
     let any = BTreeMap::new();
     let task = free(cell, &moves, settings, &any);
@@ -169,8 +179,8 @@ fn choose(
     Ok(Chosen {
         external: free.then(|| axes_of(&reached, &moves)),
         clearance: Some(*found),
+        over: way.over.changes.clone(),
         way: Some(way),
-        over,
         divisions: Vec::new(),
     })
 }
@@ -192,54 +202,141 @@ fn free<'a>(
     }
 }
 
-/// Moves, the way along them, and where the arm goes over to another way.
-type Found = (Commands, Arc<ArmWay>, Vec<Change>);
-
-/// The way along programs. Where no single way holds them, travels become joint moves over which the arm goes to another one. Where that
-/// does not help the programs stay as they are, and it is told which beads to divide first, if any.
+/// The way along programs. Where no single way holds them, travels are to become joint moves over which the arm goes to another one. Where that
+/// does not help it is told which beads to divide first, if any.
 fn looked_for(
-    (programs, schedules): (&mut [Program], &[Schedule]),
-    moves: Commands,
+    (programs, schedules): (&[Program], &[Schedule]),
+    moves: &Commands,
     site: Site<'_>,
     observer: &dyn Observer,
-) -> Result<Result<Found, Vec<Division>>, ProgramStageError> {
+) -> Result<Result<ArmWay, Vec<Division>>, ProgramStageError> {
     let settings = site.settings;
-    let none = Err(Vec::new());
+    let none = Vec::new();
     let Some(cell) = &settings.robot else {
-        return Ok(none);
+        return Ok(Err(none));
+    };
+    let free_axes = settings.external == ExternalChoice::Free;
+    // an arm without words for its way cannot be told to change it
+    let told = stance(cell, program::spoken(programs), [0.0; 6]).is_some();
+    let any = BTreeMap::new();
+    let task = free(cell, moves, settings, &any);
+    let turns = if free_axes && told {
+        over::turns(moves)
+    } else {
+        Vec::new()
+    };
+    let between: Vec<_> = turns.iter().map(|turn| turn.moves.clone()).collect();
+    let cleared = held(&task, moves, site, observer);
+    observer.check()?;
+    if !turns.is_empty() && is_in_vain(&task, moves, (site, &between), &cleared) {
+        let turns = turns.iter().map(|turn| Change {
+            command: turn.over,
+            why: None,
+        });
+        let over = over_to(
+            turns.collect(),
+            (programs, schedules),
+            moves,
+            site,
+            observer,
+        )?;
+        if let Some((way, room)) = over
+            && (cleared.is_err() || room >= 0.0)
+        {
+            return Ok(Ok(way));
+        }
+    }
+    if let Ok(cleared) = cleared {
+        let along = (moves.start, &moves.commands[..]);
+        return Ok(Ok(ArmWay::along(along, cleared, Over::default())));
+    }
+    if !told {
+        return Ok(Err(none));
+    }
+    let changes = over::in_the_air(&task, moves, observer);
+    observer.check()?;
+    match changes {
+        Ok(changes) if changes.is_empty() => Ok(Err(none)),
+        Ok(changes) => {
+            let way = over_to(changes, (programs, schedules), moves, site, observer)?;
+            Ok(way.map(|(way, _)| way).ok_or(none))
+        }
+        Err(_) if free_axes => Ok(Err(none)),
+        Err(_) => {
+            let divisions = divide::divisions(&task, moves, settings, observer);
+            observer.check()?;
+            Ok(Err(divisions))
+        }
+    }
+}
+
+/// Whether no way leads straight along a program, or the one that was found comes too near something, and nearest along some of its moves.
+fn is_in_vain(
+    task: &Task<'_>,
+    moves: &Commands,
+    (site, of): (Site<'_>, &[RangeInclusive<u32>]),
+    cleared: &Result<Cleared, NotHeld>,
+) -> bool {
+    let Ok(cleared) = cleared else { return true };
+    if cleared.found == Clearance::Kept {
+        return false;
+    }
+    let near = |around: &Surroundings<'_>| {
+        let near = is_nearest_on(task, &cleared.held, around, (wanted(site), of));
+        near.unwrap_or(true)
+    };
+    among(task.cell, moves, site, near).unwrap_or(false)
+}
+
+/// The room that a way is to keep, mm.
+fn wanted(site: Site<'_>) -> f64 {
+    site.settings.limits.clearance + SPARE
+}
+
+/// What is found among all that stands around a cell while programs are executed; nothing where no shapes are told.
+fn among<T>(
+    cell: &Cell,
+    moves: &Commands,
+    site: Site<'_>,
+    find: impl FnOnce(&Surroundings<'_>) -> T,
+) -> Option<T> {
+    // the metal that is judged is the one that is laid
+    let metal = expected(moves, site);
+    metal.first()?;
+    let at = |command| metal_at(moves, &metal, command);
+    Some(find(&Surroundings {
+        shapes: cell.shapes.as_ref()?,
+        metal: &at,
+        plate: site.settings.plate_thickness,
+    }))
+}
+
+/// The way along programs with joint moves for some travels, whose ends are lifted until they keep clear, and how much more room they leave
+/// than is asked for, mm; nothing where no way is found.
+fn over_to(
+    changes: Vec<Change>,
+    (programs, schedules): (&[Program], &[Schedule]),
+    moves: &Commands,
+    site: Site<'_>,
+    observer: &dyn Observer,
+) -> Result<Option<(ArmWay, f64)>, ProgramStageError> {
+    let settings = site.settings;
+    let Some(cell) = &settings.robot else {
+        return Ok(None);
     };
     let any = BTreeMap::new();
-    let task = free(cell, &moves, settings, &any);
-    let cleared = held(&task, &moves, site, observer);
-    observer.check()?;
-    if let Ok(cleared) = cleared {
-        let way = ArmWay::along((moves.start, &moves.commands), cleared);
-        return Ok(Ok((moves, Arc::new(way), Vec::new())));
-    }
-    // an arm without words for its way cannot be told to change it; axes that are free are chosen with one
-    let told = stance(cell, program::spoken(programs), [0.0; 6]).is_some();
-    if !told || settings.external == ExternalChoice::Free {
-        return Ok(none);
-    }
-    let changes = over::in_the_air(&task, &moves, observer);
-    observer.check()?;
-    let changes = match changes {
-        Ok(changes) if !changes.is_empty() => changes,
-        Ok(_) => return Ok(none),
-        Err(_) => {
-            let divisions = divide::divisions(&task, &moves, settings, observer);
-            observer.check()?;
-            return Ok(Err(divisions));
+    let lifted = |lift: f64| {
+        let mut programs = programs.to_vec();
+        if !over::write(&mut programs, moves, &changes, lift) {
+            return Ok(None);
         }
+        commands(&programs, schedules, settings, &Reporter::new()).map(Some)
     };
-    let as_built = programs.to_vec();
     let mut best: Option<(f64, f64)> = None;
     for lift in over::LIFTS {
-        programs.clone_from_slice(&as_built);
-        if !over::write(programs, &moves, &changes, lift) {
-            return Ok(none);
-        }
-        let raised = commands(programs, schedules, settings, &Reporter::new())?;
+        let Some(raised) = lifted(lift)? else {
+            return Ok(None);
+        };
         let task = free(cell, &raised, settings, &any);
         let room = room_over(&task, &raised, site, observer);
         observer.check()?;
@@ -251,12 +348,12 @@ fn looked_for(
             break;
         }
     }
-    programs.clone_from_slice(&as_built);
-    let Some((_, lift)) = best else {
-        return Ok(none);
+    let Some((room, lift)) = best else {
+        return Ok(None);
     };
-    over::write(programs, &moves, &changes, lift);
-    let raised = commands(programs, schedules, settings, &Reporter::new())?;
+    let Some(raised) = lifted(lift)? else {
+        return Ok(None);
+    };
     let cleared = held(
         &free(cell, &raised, settings, &any),
         &raised,
@@ -264,12 +361,10 @@ fn looked_for(
         observer,
     );
     observer.check()?;
-    let Ok(cleared) = cleared else {
-        programs.clone_from_slice(&as_built);
-        return Ok(none);
-    };
-    let way = ArmWay::along((raised.start, &raised.commands), cleared);
-    Ok(Ok((raised, Arc::new(way), changes)))
+    let over = Over { changes, lift };
+    let along = (moves.start, &moves.commands[..]);
+    let way = cleared.map(|c| ArmWay::along(along, c, over));
+    Ok(way.ok().map(|way| (way, room)))
 }
 
 /// How much more room than is asked for the joint moves of a program leave to what stands around, mm; nothing where no way holds it. Where no
@@ -280,19 +375,13 @@ fn room_over(
     site: Site<'_>,
     observer: &dyn Observer,
 ) -> Option<f64> {
-    let settings = site.settings;
-    let metal = expected(moves, site);
-    let (Some(shapes), Some(_)) = (&task.cell.shapes, metal.first()) else {
-        return hold(task, &Quiet(observer)).is_ok().then_some(0.0);
+    let room = |around: &Surroundings<'_>| {
+        collision::room_over(task, around, wanted(site), &Quiet(observer)).ok()
     };
-    let at = |command| metal_at(moves, &metal, command);
-    let around = Surroundings {
-        shapes,
-        metal: &at,
-        plate: settings.plate_thickness,
-    };
-    let wanted = settings.limits.clearance + SPARE;
-    collision::room_over(task, &around, wanted, &Quiet(observer)).ok()
+    match among(task.cell, moves, site, room) {
+        Some(room) => room,
+        None => hold(task, &Quiet(observer)).is_ok().then_some(0.0),
+    }
 }
 
 /// The way of the robot; clear of metal, table and itself where its file tells shapes and there is such a way.
@@ -303,24 +392,13 @@ fn held(
     observer: &dyn Observer,
 ) -> Result<Cleared, NotHeld> {
     observer.stage("way of the robot", 0);
-    let settings = site.settings;
-    let metal = expected(moves, site);
-    match (&task.cell.shapes, metal.first()) {
-        (Some(shapes), Some(_)) => {
-            let at = |command| metal_at(moves, &metal, command);
-            let around = Surroundings {
-                shapes,
-                metal: &at,
-                plate: settings.plate_thickness,
-            };
-            // the metal that is judged is the one that is laid
-            hold_clear(task, &around, settings.limits.clearance + SPARE, observer)
-        }
-        _ => Ok(Cleared {
+    let clear = |around: &Surroundings<'_>| hold_clear(task, around, wanted(site), observer);
+    among(task.cell, moves, site, clear).unwrap_or_else(|| {
+        Ok(Cleared {
             held: hold(task, observer)?,
             found: Clearance::Kept,
-        }),
-    }
+        })
+    })
 }
 
 /// Track and positioner at the end of each command.

@@ -4,8 +4,11 @@
 //! until it keeps clear of what stands around, as far as a height does.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 
 use meltpath_base::Observer;
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
 use meltpath_programs::Program;
 use meltpath_programs::program::{
     Coordinates, Instruction, MotionInstruction, MotionKind, Termination,
@@ -17,6 +20,9 @@ use crate::waam::program::Commands;
 
 /// How much higher the ends of such a move lie than those of other travels, mm, one after the other until it keeps clear.
 pub(in crate::waam) const LIFTS: [f64; 5] = [0.0, 50.0, 100.0, 200.0, 400.0];
+
+/// A torch that turns farther between two beads points in another direction; one that leans farther stands on a flank, rad.
+const TURN: f64 = std::f64::consts::FRAC_PI_4;
 
 /// The travels on which the arm goes over to another way.
 ///
@@ -32,21 +38,47 @@ pub(in crate::waam) fn in_the_air(
 
 /// Of each way between two beads the move that goes over: the one that stays highest, and of those the longest.
 pub(in crate::waam) fn travels(moves: &Commands) -> BTreeSet<u32> {
-    let mut found = BTreeSet::new();
-    let mut here = moves.start.position;
+    let all = from_places(moves);
+    between_beads(&all).map(|between| between.over).collect()
+}
+
+/// A way between two beads.
+pub(in crate::waam) struct Between {
+    /// The move that goes over.
+    pub(in crate::waam) over: u32,
+    /// Its first move, and its last.
+    pub(in crate::waam) moves: RangeInclusive<u32>,
+    /// How far the torch turns to another direction, rad.
+    turn: f64,
+}
+
+/// The ways between beads whose torches point in other directions: a table that is free turns the part over meanwhile.
+pub(in crate::waam) fn turns(moves: &Commands) -> Vec<Between> {
+    let all = from_places(moves);
+    let other = between_beads(&all).filter(|between| between.turn > TURN);
+    other.collect()
+}
+
+/// Moves, each with where it begins.
+fn from_places(moves: &Commands) -> Vec<Move<'_>> {
+    let mut here = moves.start;
     let places = moves.commands.iter().map(|command| {
         let from = here;
         if !matches!(command.kind, Kind::Wait { .. }) {
-            here = command.target;
+            here = end(command);
         }
         (from, command)
     });
-    let all: Vec<_> = places.collect();
+    places.collect()
+}
+
+fn between_beads<'a>(all: &'a [Move<'a>]) -> impl Iterator<Item = Between> + 'a {
     let burns = |source: Source| matches!(source, Source::On { .. });
-    for between in all.chunk_by(|a, b| burns(a.1.source) == burns(b.1.source)) {
+    let stretches = all.chunk_by(move |a, b| burns(a.1.source) == burns(b.1.source));
+    stretches.filter_map(|between| {
         // the first leaves a bead, the last goes down to one
-        let [_, inner @ .., _] = between else {
-            continue;
+        let [first, inner @ .., last] = between else {
+            return None;
         };
         let lines = inner
             .iter()
@@ -55,20 +87,32 @@ pub(in crate::waam) fn travels(moves: &Commands) -> BTreeSet<u32> {
             let low = |m: &(_, _)| lowest(m);
             low(a).total_cmp(&low(b)).then(way(a).total_cmp(&way(b)))
         });
-        found.extend(highest.map(|(_, c)| c.id));
-    }
-    found
+        let axes = [first.0, end(last.1)].map(Pose::tool_axis);
+        highest.map(|(_, over)| Between {
+            over: over.id,
+            moves: first.1.id..=last.1.id,
+            turn: axes[0].angle_between(axes[1]),
+        })
+    })
 }
 
-type Move<'a> = (meltpath_geometry::math::DVec3, &'a meltpath_robot::Command);
+type Move<'a> = (Pose, &'a meltpath_robot::Command);
+
+/// Where a move ends.
+fn end(command: &meltpath_robot::Command) -> Pose {
+    Pose {
+        position: command.target,
+        orientation: command.orientation,
+    }
+}
 
 /// Height of the lower end of a move, mm.
 fn lowest((from, command): &Move<'_>) -> f64 {
-    from.z.min(command.target.z)
+    from.position.z.min(command.target.z)
 }
 
 fn way((from, command): &Move<'_>) -> f64 {
-    from.distance(command.target)
+    from.position.distance(command.target)
 }
 
 /// Makes joint moves of travels, their ends `lift` mm higher; `false` where the programs have none to learn its speed from.
@@ -132,7 +176,7 @@ fn motion(programs: &mut [Program], (program, line): (u32, u32)) -> Option<&mut 
     }
 }
 
-/// Raises the position that a move goes to.
+/// Raises the position that a move goes to, or draws it back along a torch that leans far.
 fn raise(
     programs: &mut [Program],
     tables: &[BTreeMap<u32, usize>],
@@ -147,8 +191,18 @@ fn raise(
     let number = tables.get(place.0 as usize)?.get(&index)?;
     let program = programs.get_mut(place.0 as usize)?;
     let groups = &mut program.positions.get_mut(*number)?.groups;
-    if let Coordinates::Cartesian { xyz, .. } = &mut groups.first_mut()?.coordinates {
-        xyz[2] += lift;
+    let coordinates = &mut groups.first_mut()?.coordinates;
+    if let Coordinates::Cartesian {
+        xyz, wpr_degrees, ..
+    } = coordinates
+    {
+        let wpr = DVec3::from_array(wpr_degrees.map(f64::to_radians));
+        let axis = Pose::from_wpr(DVec3::ZERO, wpr).tool_axis();
+        // beside a flank the way up may lead through what stands above
+        let out = if axis.z < TURN.cos() { axis } else { DVec3::Z };
+        for (x, out) in xyz.iter_mut().zip(out.to_array()) {
+            *x += lift * out;
+        }
     }
     Some(())
 }

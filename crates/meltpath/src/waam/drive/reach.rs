@@ -440,10 +440,13 @@ fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
         let stood = along.changes.iter().find(|c| c.0 == *command);
         let stood = stood.map(|(_, [before, after])| format!(" from {before} to {after}"));
         let over = moves.over.iter().find(|o| o.command == *command);
-        let since = over.map(|o| {
-            let at = moves.place(o.why.command, o.why.position);
-            let why = why(&o.why).0;
-            format!(", as no way from before leads past {at}: {why}")
+        let since = over.map(|o| match &o.why {
+            Some(not) => {
+                let at = moves.place(not.command, not.position);
+                let why = why(not).0;
+                format!(", as no way from before leads past {at}: {why}")
+            }
+            None => ", as the torch goes on in another direction".to_owned(),
         });
         let [stood, since] = [stood, since].map(Option::unwrap_or_default);
         format!("at {}{stood}{since}", place(*command))
