@@ -241,7 +241,7 @@ fn looked_for(
             observer,
         )?;
         if let Some((way, room)) = over
-            && (cleared.is_err() || room >= 0.0)
+            && (cleared.is_err() || room >= 0.0 || way.cleared.found == Clearance::Kept)
         {
             return Ok(Ok(way));
         }

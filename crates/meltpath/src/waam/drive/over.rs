@@ -52,11 +52,15 @@ pub(in crate::waam) struct Between {
     turn: f64,
 }
 
-/// The ways between beads whose torches point in other directions: a table that is free turns the part over meanwhile.
+/// More such ways than this are those of fronts over one part, not between parts: every one would have to be looked for and to keep clear.
+const FEW: usize = 8;
+
+/// The ways between beads whose torches point in other directions, where they are few: a table that is free turns the part over meanwhile.
 pub(in crate::waam) fn turns(moves: &Commands) -> Vec<Between> {
     let all = from_places(moves);
     let other = between_beads(&all).filter(|between| between.turn > TURN);
-    other.collect()
+    let found: Vec<Between> = other.collect();
+    if found.len() > FEW { Vec::new() } else { found }
 }
 
 /// Moves, each with where it begins.
