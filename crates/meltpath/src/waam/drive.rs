@@ -14,6 +14,7 @@ pub(crate) mod joint_moves;
 pub(crate) mod key_moments;
 pub(crate) mod lean;
 pub(crate) mod over;
+mod positions;
 pub(crate) mod reach;
 pub mod record;
 pub(crate) mod site;

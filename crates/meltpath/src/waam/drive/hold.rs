@@ -6,9 +6,7 @@ use std::sync::Arc;
 
 use meltpath_base::{Observer, Quiet, Reporter};
 use meltpath_geometry::Pose;
-use meltpath_programs::program::{
-    Axis, Coordinates, Instruction, MotionKind, Position, PositionRef,
-};
+use meltpath_programs::program::{Axis, Coordinates, Position};
 use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
 use meltpath_robot::cell::{Cell, External, Stance, Values};
 use meltpath_robot::collision::{
@@ -24,6 +22,7 @@ use crate::waam::drive::divide;
 use crate::waam::drive::division::Division;
 use crate::waam::drive::expected::{expected, metal_at};
 use crate::waam::drive::over;
+use crate::waam::drive::positions::{Positions, Reached};
 use crate::waam::drive::site::Site;
 use crate::waam::program::wanted::{Asked, Torch};
 use crate::waam::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
@@ -442,16 +441,6 @@ pub(in crate::waam) fn task<'a>(
     }
 }
 
-/// An end of a move.
-pub(in crate::waam) struct Reached {
-    /// The move; nothing for the start.
-    pub(in crate::waam) command: Option<u32>,
-    pub(in crate::waam) end: End,
-    pub(in crate::waam) tip: Pose,
-    pub(in crate::waam) joints: [f64; 6],
-    pub(in crate::waam) external: External,
-}
-
 /// The ends of all moves, those of no length too.
 pub(in crate::waam) fn ends(task: &Task<'_>, held: &Held) -> Result<Vec<Reached>, NotHeld> {
     let mut ends: Vec<Reached> = Vec::new();
@@ -590,48 +579,4 @@ pub(in crate::waam) fn named(
         }
     }
     named
-}
-
-/// Where the positions of programs stand in their tables.
-pub(in crate::waam) struct Positions(Vec<BTreeMap<u32, usize>>);
-
-impl Positions {
-    pub(in crate::waam) fn of(programs: &[Program]) -> Self {
-        let table = |p: &Program| {
-            p.positions
-                .iter()
-                .zip(0..)
-                .map(|(p, i)| (p.index, i))
-                .collect()
-        };
-        Positions(programs.iter().map(table).collect())
-    }
-
-    /// The position at the end of a move.
-    pub(in crate::waam) fn at<'a>(
-        &self,
-        programs: &'a mut [Program],
-        moves: &Commands,
-        reached: &Reached,
-    ) -> Option<&'a mut Position> {
-        let (program, line) = match reached.command {
-            Some(command) => *moves.line_of_command.get(command as usize)?,
-            None => moves.start_line,
-        };
-        let table = self.0.get(program as usize)?;
-        let program = programs.get_mut(program as usize)?;
-        let instruction = program.instructions.get((line as usize).checked_sub(1)?)?;
-        let Instruction::Motion(motion) = instruction else {
-            return None;
-        };
-        let reference = match (reached.end, &motion.kind) {
-            (End::Target, _) => &motion.target,
-            (End::Via, MotionKind::Circular { via }) => via,
-            (End::Via, _) => return None,
-        };
-        let PositionRef::Point { index, .. } = reference else {
-            return None;
-        };
-        program.positions.get_mut(*table.get(index)?)
-    }
 }
