@@ -11,6 +11,7 @@ mod choice;
 mod comfort;
 mod follow;
 mod free;
+mod joint_move;
 mod ladder;
 mod narrow;
 mod parting;

@@ -21,3 +21,4 @@ pub(crate) mod site;
 pub(crate) mod solids;
 pub(crate) mod times;
 pub(crate) mod travels;
+mod way;

@@ -186,8 +186,7 @@ fn a_table_turns_the_part_over_in_a_joint_move() {
          [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\nexternal = \"free\"\nplace = [\"0 mm\", \"0 mm\", \"100 mm\"]\n\
          [simulation]\ncell = \"1 mm\"\n[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n",
     );
-    let stages = Stages::default();
-    let outcome = run(&job, NextIn(&home.join("runs")), &stages).unwrap();
+    let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
     let verdict = &outcome.verdict;
     // within limits and clear, but by guesses of the robot's file
     for id in ["reach", "collision"] {
@@ -218,7 +217,7 @@ fn a_table_turns_the_part_over_in_a_joint_move() {
     let turns = angles(&fanuc, "J2=", 'd');
     let turned = turns.iter().any(|a| (a - turns[0]).abs() > 150.0);
     assert!(ends[1] - ends[0] > 150.0 || turned, "{ends:?} {turns:?}");
-    // the way is looked for once; the second program makes joint moves of the same travels
+    // the second program makes joint moves of the same travels
     let kuka = text("JOB.src").unwrap();
     assert_eq!(kuka.matches("PTP XP").count(), 2, "{kuka}");
     let told: Vec<f64> = angles(&text("JOB.dat").unwrap(), "E1 ", ',');

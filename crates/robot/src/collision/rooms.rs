@@ -71,3 +71,24 @@ impl Room {
         near(before).then_some([before, now])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where nothing was of interest a body may be farther than what was asked for: with more of interest its distance is what it is.
+    #[test]
+    fn what_was_not_looked_at_is_not_near() {
+        let gone = Gone {
+            chord: 1.0,
+            bend: 0.1,
+        };
+        // as far as is asked for, and no farther
+        let look = |_: bool, most: f64| most.min(40.0);
+        let mut room = Room::UNKNOWN;
+        assert!(room.looked(gone, -1e6, look).is_none());
+        assert!(room.looked(gone, 10.0, look).is_none());
+        let [a, b] = room.looked(gone, 50.0, look).unwrap();
+        assert!(a >= 35.0 && b >= 35.0, "{a} {b}");
+    }
+}

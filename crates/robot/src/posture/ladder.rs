@@ -7,9 +7,8 @@ use meltpath_base::Observer;
 use meltpath_geometry::Pose;
 
 use super::chain::{Chain, turned};
-use super::choice::travel;
 use super::comfort::{STEP, discomfort, is_wound, motion};
-use super::stretch::apart;
+use super::joint_move::{cost_of, least_room};
 use super::task::{Guard, Near, NotHeld, Rotation, Task, Why, guard_places, keep_clear};
 use crate::cell::{External, Holder, Stance, Values};
 
@@ -19,11 +18,6 @@ const ROTATIONS: usize = 36;
 /// Greatest and least distance of key places, mm.
 const FAR: f64 = 30.0;
 const NEAR: f64 = 10.0;
-
-/// A joint move from other beads costs as much as going as far along such a length, mm.
-const GOING_OVER: f64 = 1e4;
-/// Greatest step of a joint between places of such a move that are looked at, rad: the way that is chosen is swept.
-const OVER_STEP: f64 = 0.1;
 
 /// A way to hold a key place: a rotation, and one of the ways of the arm at it.
 type Way = (u8, u16);
@@ -64,10 +58,10 @@ impl<'a> Blocked<'a> {
     fn over(&self, from: &Values, (command, external): (u32, External), nodes: &mut Vec<Node>) {
         let values = |n: &Node| Values::of(n.joints, external);
         if let Some(guard) = self.guard {
-            keep_clear(nodes, |n| room_over(from, &values(n), (guard, command)));
+            keep_clear(nodes, |n| least_room(from, &values(n), (guard, command)));
         }
         for node in nodes {
-            node.cost += going_over(from, &values(node));
+            node.cost += cost_of(from, &values(node));
         }
     }
 
@@ -314,26 +308,6 @@ pub(super) fn climb(
         ..places.chosen(&rungs, &ways)
     };
     Ok(Chosen { chain, ways })
-}
-
-/// The least room along a joint move of a command, mm, as its guard tells it.
-pub(super) fn room_over(from: &Values, to: &Values, (guard, command): (Guard<'_>, u32)) -> f64 {
-    let (a, b) = (from.external(), to.external());
-    let turned = travel(a, b).sqrt();
-    let pieces = (apart(&from.arm, &to.arm).max(turned) / OVER_STEP).ceil();
-    let pieces = pieces.max(1.0) as u32;
-    let rooms = (0..=pieces).map(|piece| {
-        let share = f64::from(piece) / f64::from(pieces);
-        let arm = std::array::from_fn(|i| from.arm[i] + (to.arm[i] - from.arm[i]) * share);
-        guard(command, &Values::of(arm, a.lerp(b, share)), 0.0)
-    });
-    rooms.fold(f64::INFINITY, f64::min)
-}
-
-/// What a joint move costs, rad²/mm.
-pub(super) fn going_over(from: &Values, to: &Values) -> f64 {
-    let squares = from.arm.iter().zip(to.arm).map(|(a, b)| (b - a) * (b - a));
-    (squares.sum::<f64>() + travel(from.external(), to.external())) / GOING_OVER
 }
 
 /// The ways at a key place that some way of the one before leads to, with the least cost so far.

@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{is_wound, motion, step_over};
-use super::ladder::{going_over, milder, room_over};
+use super::joint_move::{cost_of, least_room};
+use super::ladder::milder;
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places, keep_clear};
 use crate::cell::{Cell, External, Values};
 
@@ -446,7 +447,7 @@ impl<'a> Wide<'a> {
     fn begun(&self, node: &Node) -> Kept {
         let external = self.grid.value(node.cube);
         let gone = match &self.from {
-            Some(from) => going_over(from, &Values::of(node.joints, external)),
+            Some(from) => cost_of(from, &Values::of(node.joints, external)),
             None => REST * choice::travel(self.grid.rest, external),
         };
         Kept {
@@ -536,7 +537,7 @@ impl<'a> Wide<'a> {
                 let values = Values::of(k.joints(), self.grid.value(k.cube));
                 let here = guard(command, &values, more);
                 match &from {
-                    Some(from) if here >= 0.0 => room_over(from, &values, (guard, command)),
+                    Some(from) if here >= 0.0 => least_room(from, &values, (guard, command)),
                     _ => here,
                 }
             };

@@ -17,12 +17,13 @@ use crate::waam::drive::division;
 use crate::waam::drive::driven;
 use crate::waam::drive::expected::metal_at;
 use crate::waam::drive::film::{self, Film, Step};
-use crate::waam::drive::hold::{ends, followed, named, stance, task, written_stance};
+use crate::waam::drive::hold::{ends, followed};
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
-use crate::waam::drive::positions::Positions;
+use crate::waam::drive::positions::{Positions, named, stance, written_stance};
 use crate::waam::drive::travels;
+use crate::waam::drive::way::task;
 use crate::waam::program::{self, Commands};
 use crate::waam::settings::Settings;
 

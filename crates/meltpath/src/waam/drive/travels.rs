@@ -11,10 +11,11 @@ use meltpath_robot::travel::{LeastTime, least_time};
 use crate::waam::drive::axes::axis;
 use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Step};
-use crate::waam::drive::hold::{followed, named, task};
+use crate::waam::drive::hold::followed;
 use crate::waam::drive::joint_moves;
-use crate::waam::drive::positions::Positions;
+use crate::waam::drive::positions::{Positions, named};
 use crate::waam::drive::times::{Times, longer};
+use crate::waam::drive::way::task;
 use crate::waam::program::{self, Commands, Slowed};
 use crate::waam::settings::Settings;
 
