@@ -1,17 +1,14 @@
 //! The medial axis of a region: centres of the discs that touch its boundary twice, with their radii, as a graph of
 //! short straight edges. From the Voronoi diagram of the boundary's segments (Fortune's sweep, as in Boost.Polygon).
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+mod boundary;
 
-use boostvoronoi::prelude::{Builder, BvError, CellIndex, Diagram, SourceCategory};
+use boostvoronoi::prelude::{BvError, CellIndex, SourceCategory};
 
+use self::boundary::{Boundary, CELLS_PER_MM};
 use crate::math::DVec2;
 use crate::region::Region;
 
-/// Voronoi input cells per millimetre: boundary points move by at most 0.17 µm.
-const CELLS_PER_MM: f64 = 4096.0;
-/// Largest half extent of a region, mm, that 32-bit coordinates hold at that resolution.
-const LARGEST_HALF_EXTENT: f64 = 250_000.0;
 /// Nodes nearer than this are one, mm: twenty cells of the input grid, far below any bead.
 const SAME_NODE: f64 = 5e-3;
 
@@ -42,84 +39,6 @@ pub enum MedialError {
     /// The boundary meets itself within the resolution, or the diagram could not be built.
     #[error("no Voronoi diagram of the boundary: {0}; simplify the boundary or repair the part")]
     Diagram(String),
-}
-
-/// The boundary on the Voronoi grid.
-struct Boundary {
-    centre: DVec2,
-    segments: Vec<[i32; 4]>,
-    /// Whether the region turns inwards at the start of each segment.
-    reflex: Vec<bool>,
-    /// The segment that follows each segment on its ring.
-    next: Vec<usize>,
-}
-
-impl Boundary {
-    fn new(region: &Region) -> Result<Self, MedialError> {
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for p in region.rings().flatten() {
-            (low, high) = (low.min(*p), high.max(*p));
-        }
-        let extent = (high - low).max_element();
-        // a NaN lies in no range
-        if !region.outer.is_empty() && !(0.0..=2.0 * LARGEST_HALF_EXTENT).contains(&extent) {
-            return Err(MedialError::Extent(extent));
-        }
-        let mut boundary = Boundary {
-            centre: 0.5 * (low + high),
-            segments: Vec::new(),
-            reflex: Vec::new(),
-            next: Vec::new(),
-        };
-        for ring in region.rings() {
-            let mut points: Vec<[i32; 2]> = ring
-                .iter()
-                .map(|&p| {
-                    let p = (p - boundary.centre) * CELLS_PER_MM;
-                    [p.x.round() as i32, p.y.round() as i32]
-                })
-                .collect();
-            points.dedup();
-            while points.len() > 1 && points.first() == points.last() {
-                points.pop();
-            }
-            let (n, first) = (points.len(), boundary.segments.len());
-            if n < 3 {
-                continue;
-            }
-            for i in 0..n {
-                let (before, a, b) = (points[(i + n - 1) % n], points[i], points[(i + 1) % n]);
-                boundary.segments.push([a[0], a[1], b[0], b[1]]);
-                let d = |p: [i32; 2], q: [i32; 2]| {
-                    (
-                        i128::from(q[0]) - i128::from(p[0]),
-                        i128::from(q[1]) - i128::from(p[1]),
-                    )
-                };
-                let ((ux, uy), (vx, vy)) = (d(before, a), d(a, b));
-                boundary.reflex.push(ux * vy - uy * vx < 0);
-                boundary.next.push(first + (i + 1) % n);
-            }
-        }
-        Ok(boundary)
-    }
-
-    fn ends(&self, segment: usize) -> (DVec2, DVec2) {
-        let [ax, ay, bx, by] = self.segments[segment].map(f64::from);
-        (DVec2::new(ax, ay), DVec2::new(bx, by))
-    }
-
-    fn diagram(&self) -> Result<Diagram, MedialError> {
-        let build = || {
-            Builder::<i32>::default()
-                .with_segments(self.segments.iter())?
-                .build()
-        };
-        // the library asserts on some degenerate input: its failure is ours to report, not to spread
-        catch_unwind(AssertUnwindSafe(build))
-            .unwrap_or_else(|_| Err(BvError::InternalError("it gave up".to_owned())))
-            .map_err(|e| MedialError::Diagram(e.to_string()))
-    }
 }
 
 /// What a Voronoi cell belongs to.
@@ -160,10 +79,9 @@ impl Site {
 /// # Errors
 /// [`MedialError`] where the region is too large or its boundary is degenerate at the resolution.
 pub fn medial_axis(region: &Region, step: f64) -> Result<MedialAxis, MedialError> {
-    let boundary = Boundary::new(region)?;
-    if boundary.segments.is_empty() {
+    let Some(boundary) = Boundary::new(region)? else {
         return Ok(MedialAxis::default());
-    }
+    };
     let diagram = boundary.diagram()?;
     let broken = |e: BvError| MedialError::Diagram(e.to_string());
     let site = |cell: CellIndex| -> Result<Site, MedialError> {
@@ -375,7 +293,67 @@ mod tests {
         );
     }
 
+    /// A boundary that folds back on itself by less than can be told gave another axis, kilometres long, at each call.
+    #[test]
+    fn a_boundary_that_folds_back_has_the_same_axis_at_each_call() {
+        let cells = |n: f64| n / 4096.0;
+        let mut outer: Ring = vec![DVec2::ZERO, DVec2::new(6.0, 0.0)];
+        for i in 1..12 {
+            let y = 2.0 * f64::from(i);
+            // on, back by three cells along the same line, and on
+            outer.extend([DVec2::new(6.0, y), DVec2::new(6.0, y - cells(3.0))]);
+        }
+        outer.extend([DVec2::new(6.0, 24.0), DVec2::new(0.0, 24.0)]);
+        let region = Region {
+            outer,
+            holes: vec![],
+        };
+        let axis = medial_axis(&region, 0.5).unwrap();
+        let at = |i: u32| axis.nodes[i as usize].position;
+        let long: f64 = axis.edges.iter().map(|&(a, b)| at(a).distance(at(b))).sum();
+        // 18 mm in the middle and four ways into the corners
+        assert!(
+            (long - (18.0 + 12.0 * 2.0_f64.sqrt())).abs() < 0.01,
+            "{long}"
+        );
+        for _ in 0..20 {
+            assert_eq!(medial_axis(&region, 0.5).unwrap(), axis);
+        }
+    }
+
+    #[test]
+    fn what_is_smaller_than_the_grid_has_no_axis() {
+        let speck = star(DVec2::new(40.0, 7.0), &[1e-5; 6]);
+        let region = Region {
+            outer: speck,
+            holes: vec![],
+        };
+        assert_eq!(medial_axis(&region, 0.5).unwrap(), MedialAxis::default());
+    }
+
     proptest! {
+        #[test]
+        fn a_boundary_that_jitters_has_one_axis(
+            sides in prop::collection::vec(prop::collection::vec((0.0..1.0_f64, -0.5..0.5_f64, -0.5..0.5_f64), 0..20), 4),
+            jitter in prop::sample::select(vec![1e-5, 3e-4, 1e-2, 0.1]),
+        ) {
+            let corners = [(0.0, 0.0), (6.0, 0.0), (6.0, 24.0), (0.0, 24.0)].map(|(x, y)| DVec2::new(x, y));
+            let mut outer = Ring::new();
+            for (k, mut side) in sides.into_iter().enumerate() {
+                side.sort_by(|a, b| a.0.total_cmp(&b.0));
+                outer.push(corners[k]);
+                let at = |(t, x, y)| corners[k].lerp(corners[(k + 1) % 4], t) + jitter * DVec2::new(x, y);
+                outer.extend(side.into_iter().map(at));
+            }
+            let region = Region { outer, holes: vec![] };
+            let axis = medial_axis(&region, 0.5).unwrap();
+            for node in &axis.nodes {
+                let away = to_boundary(&region, node.position);
+                prop_assert!((away - node.radius).abs() < 2e-3 + jitter, "{node:?} is {away} away");
+            }
+            prop_assert_eq!(medial_axis(&region, 0.5).unwrap(), axis);
+        }
+
         #[test]
         fn radii_are_distances_to_the_boundary(
             outer in prop::collection::vec(10.0..30.0_f64, 3..40),
