@@ -5,6 +5,7 @@ mod boundary;
 
 use boostvoronoi::prelude::{BvError, CellIndex, SourceCategory};
 
+pub use self::boundary::MedialError;
 use self::boundary::{Boundary, CELLS_PER_MM};
 use crate::math::DVec2;
 use crate::region::Region;
@@ -28,17 +29,6 @@ pub struct MedialAxis {
     pub nodes: Vec<Node>,
     /// Pairs of indices into `nodes`.
     pub edges: Vec<(u32, u32)>,
-}
-
-/// Why a region has no medial axis here.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MedialError {
-    /// Too large for the resolution, or not a number.
-    #[error("the region spans {0} mm: the medial axis takes regions up to 500 m across")]
-    Extent(f64),
-    /// The boundary meets itself within the resolution, or the diagram could not be built.
-    #[error("no Voronoi diagram of the boundary: {0}; simplify the boundary or repair the part")]
-    Diagram(String),
 }
 
 /// What a Voronoi cell belongs to.

@@ -7,7 +7,6 @@ use clipper2_rust::core::{FillRule, Paths64, Point64};
 use clipper2_rust::engine::ClipType;
 use clipper2_rust::engine_public::Clipper64;
 
-use super::MedialError;
 use crate::math::{DVec2, DVec3};
 use crate::region::Region;
 use crate::sheet::thinned;
@@ -18,6 +17,17 @@ pub(super) const CELLS_PER_MM: f64 = 4096.0;
 const LARGEST_HALF_EXTENT: f64 = 250_000.0;
 /// How far a boundary that meets itself is smoothed until it does not, cells: up to 8 µm.
 const SMOOTHED: [f64; 3] = [2.0, 8.0, 32.0];
+
+/// Why a region has no medial axis here.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MedialError {
+    /// Too large for the resolution, or not a number.
+    #[error("the region spans {0} mm: the medial axis takes regions up to 500 m across")]
+    Extent(f64),
+    /// The boundary meets itself within the resolution, or the diagram could not be built.
+    #[error("no Voronoi diagram of the boundary: {0}; simplify the boundary or repair the part")]
+    Diagram(String),
+}
 
 /// A point of the grid.
 type Point = [i32; 2];
