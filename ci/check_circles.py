@@ -29,7 +29,7 @@ ARROWS = {
     "deposition": ["geometry", "toolpath", "numerics", "data"],  # wires, gases and maps are called for by name
     "thermal": ["geometry", "toolpath", "numerics"],
     "melt-strategy": ["geometry", "thermal"],
-    "perception": [],
+    "perception": ["geometry", "numerics"],
     "programs": ["geometry", "toolpath"],
     "report": ["geometry"],
     "meltpath": ["*"],

@@ -177,6 +177,14 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map.
+    Measure {
+        /// The file that names the scan and tells the settings of its beads.
+        file: PathBuf,
+        /// Folder to write, new; default the next free `<file>-measured/NNN` beside the file.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Test the health of a scan head's axis (KM0): both stages, the history of dated tests, what drifted and what it may mean.
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.

@@ -9,7 +9,7 @@ use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{self, LeftOpen};
-use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
+use meltpath::{chain, compare, fit, health, identify, inspect, measure, reach, tune};
 use meltpath_base::{Length, Observer, Reporter};
 use serde_json::json;
 
@@ -97,6 +97,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             out,
         } => compared(against, table.as_deref(), out.as_deref()),
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
+        Command::Measure { file, out } => measured(file, out.as_deref()),
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
         Command::Schema { of } => Ok(print_schema(*of)),
@@ -310,6 +311,20 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     show_timers(&progress);
     line("");
     for finding in meltpath::views::fit::lines(&found) {
+        line(&finding);
+    }
+    show_verdict(&found.verdict);
+    show_report(&found.folder);
+    Ok(verdict_code(&found.verdict))
+}
+
+fn measured(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
+    let progress = Progress::new();
+    let runs = beside(file, "-measured");
+    let found = measure::measure(file, RunFolder::asked(out, &runs), &progress)?;
+    show_timers(&progress);
+    line("");
+    for finding in meltpath::views::measure::lines(&found) {
         line(&finding);
     }
     show_verdict(&found.verdict);

@@ -12,6 +12,7 @@ use meltpath::health::HealthError;
 use meltpath::identify::IdentifyError;
 use meltpath::inspect::InspectError;
 use meltpath::job::JobError;
+use meltpath::measure::MeasureError;
 use meltpath::reach::ReachError;
 use meltpath::start::StartError;
 use meltpath::tune::TuneError;
@@ -76,6 +77,7 @@ failures! {
     WaamError: Stop;
     CompareError: Stop;
     FitCommandError: Stop;
+    MeasureError: Stop;
     TuneError: Stop;
     InspectError: Cancelled Robot;
     ReachError: Cancelled Robot;

@@ -15,6 +15,7 @@ pub mod list;
 pub mod lpbf;
 mod machine;
 pub mod material;
+pub mod measure;
 pub mod outcome;
 pub mod reach;
 pub mod reference;

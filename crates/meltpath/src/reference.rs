@@ -19,6 +19,7 @@ use crate::data::Cell;
 use crate::ebm::gun::focus::FocusFile;
 use crate::fit::measurements::MeasurementsFile;
 use crate::job::{ProcessKind, table_of};
+use crate::measure::ScanFile;
 use crate::tune::file::TuneFile;
 
 choice! {
@@ -27,6 +28,7 @@ choice! {
         Job "job" => "A job of any process.",
         Tune "tune" => "A tuning of a scan head's axes.",
         Measurements "measurements" => "Measured bodies, to which a beam is fitted.",
+        Scan "scan" => "A scan of beads on a plate.",
         Mapping "mapping" => "The mapping of a record: which column is what.",
         Wire "wire" => "A wire.",
         Gas "gas" => "A shielding gas.",
@@ -107,6 +109,7 @@ impl Subject {
             Subject::Job => return None,
             Subject::Tune => TuneFile::KIND,
             Subject::Measurements => MeasurementsFile::KIND,
+            Subject::Scan => ScanFile::KIND,
             Subject::Mapping => Mapping::KIND,
             Subject::Wire => Wire::KIND,
             Subject::Gas => Gas::KIND,
@@ -182,6 +185,7 @@ fn page() -> String {
             "The file of measurements",
             "`meltpath fit`",
         ),
+        (Subject::Scan, "The file of a scan", "`meltpath measure`"),
         (
             Subject::Mapping,
             "The mapping of a record",

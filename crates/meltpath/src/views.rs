@@ -5,6 +5,7 @@ pub mod ebm;
 pub mod fit;
 pub(crate) mod health;
 pub(crate) mod lpbf;
+pub mod measure;
 pub(crate) mod tune;
 pub mod waam;
 

@@ -1,0 +1,148 @@
+//! What can be said of measured beads.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
+use meltpath_perception::cloud::Cloud;
+use meltpath_perception::plate::Plate;
+
+use super::{FORM, Measured, Scan};
+
+/// Width along a bead may scatter by so much, %: a bead that does more has no width.
+const STEADY: f64 = 10.0;
+/// Most metal over the wire that was measured, and over that which was set, %: installations of the source feed up to 26 % more than is set.
+const MOST: [f64; 2] = [100.0, 130.0];
+/// Least metal over the wire that was fed, %: what else is lost as spatter or was never fed.
+const LEAST: f64 = 70.0;
+/// Least share of a scan that is its plate.
+const PLATE: f64 = 0.1;
+
+/// What should be known of a scan.
+pub(super) fn warn(beads: &[Measured], cloud: &Cloud, plate: &Plate, reporter: &Reporter) {
+    if plate.share < PLATE {
+        reporter.warn(
+            "little-plate",
+            format!(
+                "{:.0} % of the scan lie on its largest plane: is that the plate?",
+                100.0 * plate.share
+            ),
+            "scan more of the plate beside the beads, or take out what is not the plate",
+        );
+    }
+    if cloud.unseen > 0 {
+        reporter.warn(
+            "unseen",
+            format!(
+                "{} points of the scan are no numbers and left out",
+                cloud.unseen
+            ),
+            "nothing, where the scanner writes so what it did not see",
+        );
+    }
+    for (k, bead) in beads.iter().enumerate() {
+        let form = bead.form();
+        if form.abs() > FORM {
+            reporter.warn(
+                "no-parabola",
+                format!(
+                    "bead {}: two thirds of width times height is {:+.0} % of the area off: its section is no parabola",
+                    k + 1,
+                    100.0 * form
+                ),
+                "look at its section in the report; the area holds for any form, width and height are those of the parabola",
+            );
+        }
+    }
+}
+
+/// The bead that is worst in what `of` tells of it.
+fn worst(beads: &[Measured], of: impl Fn(&Measured) -> f64) -> Option<(usize, &Measured)> {
+    let all = beads.iter().enumerate();
+    all.max_by(|a, b| of(a.1).total_cmp(&of(b.1)))
+}
+
+fn at(check: Check, (k, bead): (usize, &Measured)) -> Check {
+    Check {
+        place: Some(Place {
+            bead: Some(k as u32 + 1),
+            ..Place::at(bead.bead.middle.to_array())
+        }),
+        ..check
+    }
+}
+
+/// The checks.
+pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
+    let scatter = |b: &Measured| 100.0 * b.width[1] / b.width[0];
+    let mut checks = Vec::new();
+    if let Some(one) = worst(beads, scatter) {
+        let value = Measure::exact(scatter(one.1), "%");
+        let title = "scatter of the width along a bead";
+        let check = Check::judge("steady", title, value, Limit::AtMost(STEADY));
+        let check = check.remedy("lay the bead again, or measure a stretch where it is steady");
+        checks.push(at(check, one));
+    }
+    let diameter = |w: &meltpath_deposition::consumable::Wire| {
+        2.0 * w.diameter.uncertainty.unwrap_or(0.0) / w.diameter.0
+    };
+    let sigma = scan.wire.as_ref().map_or(0.0, diameter);
+    let kept = |b: &Measured| b.kept(sigma).map(|k| k.map(|v| 100.0 * v));
+    let measured = scan
+        .beads
+        .first()
+        .is_some_and(|b| b.measured_feed.is_some());
+    let title = [
+        "most metal in a bead over the wire fed",
+        "least metal in a bead over the wire fed",
+    ];
+    let value = |b: &Measured| kept(b).map_or(f64::NAN, |k| k[0]);
+    let known = beads.iter().all(|b| b.fed.is_some());
+    for (id, title, limit, sign) in [
+        (
+            "metal-most",
+            title[0],
+            Limit::AtMost(MOST[usize::from(!measured)]),
+            1.0,
+        ),
+        ("metal-least", title[1], Limit::AtLeast(LEAST), -1.0),
+    ] {
+        let one = worst(beads, |b| sign * value(b)).filter(|_| known);
+        let found = one.and_then(|one| Some((one, kept(one.1)?)));
+        checks.push(match found {
+            None => Check::not_checked(
+                id,
+                title,
+                "the file tells no wire, or no settings of the beads ([[bead]])",
+            ),
+            Some((one, [value, sigma])) => {
+                let check = Check::judge(id, title, Measure::new(value, sigma, "%"), limit);
+                let remedy = if measured {
+                    "look at the unit and the order of the beads, the wire's diameter and the measured feed: a bead holds no more than its wire"
+                } else {
+                    "look at the unit and the order of the beads and at the wire's diameter; tell the feed that was measured (measured_feed), which may be a quarter off"
+                };
+                let check = if check.status == Status::Pass { check } else { check.remedy(remedy) };
+                at(check, one)
+            }
+        });
+    }
+    checks
+}
+
+/// What is told besides.
+pub(super) fn facts(beads: &[Measured], cloud: &Cloud, plate: &Plate) -> Vec<Fact> {
+    let count = |n: usize| Measure::exact(n as f64, "");
+    vec![
+        Fact::new("beads", "straight beads found", count(beads.len()), ""),
+        Fact::new(
+            "points",
+            "points of the scan",
+            count(cloud.points.len()),
+            "",
+        ),
+        Fact::new(
+            "plate-noise",
+            "root mean square distance of the plate's points from it",
+            Measure::exact(plate.rms, "mm"),
+            "noise of the scanner, and how far the plate is from flat",
+        ),
+    ]
+}

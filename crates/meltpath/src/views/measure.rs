@@ -1,0 +1,174 @@
+//! What measured beads look like.
+
+use meltpath_base::Provenance;
+use meltpath_base::number::with_uncertainty;
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::math::DVec2;
+use meltpath_report::html::{Report, Section};
+use meltpath_report::plot::Plot;
+use meltpath_report::table::{Cell, Table};
+
+use crate::measure::{Found, Measured};
+
+/// Sections that are drawn.
+const DRAWN: usize = 16;
+/// Points of a section that are drawn.
+const POINTS: usize = 600;
+
+fn sizes(found: &Found) -> Table {
+    Table::of(
+        "Beads",
+        found.beads.iter().enumerate().map(|(k, b)| {
+            let kept = b.kept(0.0).map_or(f64::NAN, |kept| 100.0 * kept[0]);
+            [
+                ("bead", Cell::text(&format!("{}", k + 1))),
+                ("length (mm)", Cell::Fixed(b.bead.length, 1)),
+                ("sections", Cell::Number(b.bead.sections.len() as f64)),
+                ("width (mm)", Cell::Fixed(b.width[0], 2)),
+                ("± along it", Cell::Fixed(b.width[1], 2)),
+                ("height (mm)", Cell::Fixed(b.height[0], 2)),
+                ("± along it", Cell::Fixed(b.height[1], 2)),
+                ("area (mm²)", Cell::Fixed(b.area[0], 2)),
+                ("± along it", Cell::Fixed(b.area[1], 2)),
+                ("form (%)", Cell::Fixed(100.0 * b.form(), 1)),
+                ("of the wire fed (%)", Cell::Fixed(kept, 1)),
+            ]
+        }),
+    )
+    .noted("Width and height are those of the parabola of least squares, over the middle 60 % of each bead. The area is measured without a form; form is how far two thirds of width times height are from it.")
+}
+
+/// The section nearest the middle of a bead.
+fn section(number: usize, bead: &Measured) -> Option<Plot> {
+    let all = &bead.bead.sections;
+    let section = all.get(all.len() / 2)?;
+    let every = section.points.len().div_ceil(POINTS).max(1);
+    let moved = |p: &DVec2| DVec2::new(p.x - section.centre, p.y);
+    let points = section.points.iter().step_by(every).map(moved).collect();
+    let parabola = |k: i32| {
+        let share = f64::from(k) / 20.0;
+        DVec2::new(
+            0.5 * section.width * share,
+            section.height * (1.0 - share * share),
+        )
+    };
+    let plot = Plot::new(
+        &format!("Bead {number}, {:.0} mm from its end", section.along),
+        ["across", "mm"],
+        ["height", "mm"],
+    );
+    let plot = plot.dots("scan", points);
+    Some(plot.line("parabola", (-20..=20).map(parabola).collect()))
+}
+
+fn plan(found: &Found) -> Plot {
+    let mut plot = Plot::new(
+        "Where they lie",
+        ["x of the scan", "mm"],
+        ["y of the scan", "mm"],
+    );
+    for (k, bead) in found.beads.iter().enumerate() {
+        let line = bead.bead.ends.map(|p| p.truncate()).to_vec();
+        plot = plot.line(format!("bead {}", k + 1), line);
+    }
+    plot
+}
+
+/// The report.
+pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
+    let drawn = found.beads.iter().take(DRAWN).enumerate();
+    let mut plots: Vec<Plot> = drawn.filter_map(|(k, b)| section(k + 1, b)).collect();
+    plots.insert(0, plan(found));
+    let left = found.beads.len().saturating_sub(DRAWN);
+    let note = if left > 0 {
+        format!(
+            "Sections of the first {DRAWN} beads are drawn; those of the other {left} are in sections.csv."
+        )
+    } else {
+        String::new()
+    };
+    Report {
+        title: "Beads measured in a scan".to_owned(),
+        subtitle: format!(
+            "{file} · {} points · {} beads",
+            found.points,
+            found.beads.len()
+        ),
+        verdict: found.verdict.clone(),
+        scene: None,
+        sections: vec![Section::new("Sizes", &note, plots, vec![sizes(found)])],
+        sheet: None,
+        provenance: provenance.clone(),
+    }
+}
+
+/// What a terminal shows.
+pub fn lines(found: &Found) -> Vec<String> {
+    let beads = found.beads.iter().enumerate();
+    let mut lines: Vec<String> = beads
+        .map(|(k, b)| {
+            let [w, h, a] = [b.width, b.height, b.area].map(|[v, s]| with_uncertainty(v, s));
+            let kept = b.kept(0.0).map_or_else(String::new, |kept| {
+                format!(", {:.0} % of the wire fed", 100.0 * kept[0])
+            });
+            format!("bead {}: {w} mm wide, {h} mm high, {a} mm²{kept}", k + 1)
+        })
+        .collect();
+    if found.map.is_some() {
+        lines.push(
+            "map.toml: a process map of these beads; name it in a job: [waam] map".to_owned(),
+        );
+    }
+    lines
+}
+
+/// Writes sizes, sections and the map.
+///
+/// # Errors
+/// [`OutputError`].
+pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+    folder.write("beads.csv", |w| {
+        writeln!(
+            w,
+            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,wire_feed_mm_per_s,travel_speed_mm_per_s,fed_mm2"
+        )?;
+        for (k, b) in found.beads.iter().enumerate() {
+            let m = b.bead.middle;
+            let setting = b.setting.map_or([f64::NAN; 2], |s| [s.feed(), s.travel_speed]);
+            writeln!(
+                w,
+                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                k + 1, m.x, m.y, m.z, b.bead.length, b.bead.sections.len(),
+                b.width[0], b.width[1], b.height[0], b.height[1], b.area[0], b.area[1],
+                setting[0], setting[1], b.fed.unwrap_or(f64::NAN)
+            )?;
+        }
+        Ok(())
+    })?;
+    folder.write("sections.csv", |w| {
+        writeln!(
+            w,
+            "bead,along_mm,across_mm,width_mm,height_mm,area_mm2,off_parabola_mm"
+        )?;
+        for (k, b) in found.beads.iter().enumerate() {
+            for s in &b.bead.sections {
+                writeln!(
+                    w,
+                    "{},{},{},{},{},{},{}",
+                    k + 1,
+                    s.along,
+                    s.centre,
+                    s.width,
+                    s.height,
+                    s.area,
+                    s.off
+                )?;
+            }
+        }
+        Ok(())
+    })?;
+    match &found.map {
+        Some(map) => folder.write("map.toml", |w| w.write_all(map.as_bytes())),
+        None => Ok(()),
+    }
+}

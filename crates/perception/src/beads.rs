@@ -1,0 +1,432 @@
+//! Straight beads on a plate in a cloud of points: which points are theirs, and how wide, high and large their sections are.
+//!
+//! Source: the pipeline of the thesis, § 2.2.2: plane, clusters above it, sections across the bead, a parabola through each.
+
+mod section;
+
+use std::collections::BTreeMap;
+
+use meltpath_geometry::math::{DVec2, DVec3};
+
+pub use section::Section;
+
+use crate::plate::Plate;
+
+/// Points of one bead are no farther apart than this, mm, or three times the usual distance between points.
+const TOGETHER: f64 = 1.0;
+/// Share of a bead in its middle where sections are taken.
+const MIDDLE: f64 = 0.6;
+/// Least length of a bead, in widths and in mm: what is shorter is spatter.
+const LONG: (f64, f64) = (3.0, 10.0);
+/// A bead that bends away from a line by more of its length is not straight.
+const STRAIGHT: f64 = 0.02;
+
+/// How clouds are looked through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Points so near the plate are the plate, mm.
+    pub near: f64,
+    /// Distance between sections, mm.
+    pub every: f64,
+}
+
+/// A bead that was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bead {
+    /// Its ends on the plate, in the frame of the cloud, mm.
+    pub ends: [DVec3; 2],
+    /// Its middle on the plate, in the frame of the cloud, mm.
+    pub middle: DVec3,
+    /// From end to end, mm.
+    pub length: f64,
+    /// How far its middle line leaves a straight one, mm.
+    pub bend: f64,
+    /// Its sections, along it.
+    pub sections: Vec<Section>,
+    /// Points of the cloud that are its own.
+    pub points: usize,
+}
+
+/// What a cloud holds besides its plate.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Found {
+    /// Straight beads, from one to the next across them, from low to high x or y of the cloud, whichever that way is nearer to; beads in
+    /// one line along them.
+    pub beads: Vec<Bead>,
+    /// Middles of what is as large as a bead and is not straight or gave no section, each with why.
+    pub refused: Vec<(DVec3, String)>,
+    /// Points above the plate that belong to nothing as large as a bead.
+    pub spatter: usize,
+}
+
+/// Finds the straight beads on a plate.
+pub fn beads(points: &[DVec3], plate: &Plate, look: Look) -> Found {
+    let local: Vec<DVec3> = points.iter().map(|p| plate.local(*p)).collect();
+    let above: Vec<DVec3> = local.iter().copied().filter(|p| p.z > look.near).collect();
+    let on: Vec<DVec3> = local
+        .into_iter()
+        .filter(|p| p.z.abs() <= look.near)
+        .collect();
+    let mut found = Found::default();
+    for cluster in clusters(&above) {
+        let Some(axis) = Axis::of(&cluster) else {
+            found.spatter += cluster.len();
+            continue;
+        };
+        let (length, width) = axis.extent(&cluster);
+        if length < LONG.1 || (length < LONG.0 * width && length < 5.0 * LONG.1) {
+            found.spatter += cluster.len();
+            continue;
+        }
+        match bead(&cluster, &on, &axis, look) {
+            Ok(bead) => found.beads.push(Bead {
+                ends: bead.ends.map(|p| plate.global(p)),
+                middle: plate.global(bead.middle),
+                ..bead
+            }),
+            Err(why) => found
+                .refused
+                .push((plate.global(axis.middle.extend(0.0)), why)),
+        }
+    }
+    ordered(&mut found.beads, plate.normal());
+    found
+}
+
+/// Puts beads into the order of their places: across the longest of them, those in one line along it.
+fn ordered(beads: &mut Vec<Bead>, normal: DVec3) {
+    let longest = beads.iter().max_by(|a, b| a.length.total_cmp(&b.length));
+    let Some(longest) = longest else { return };
+    let upwards = |v: DVec3| {
+        if v[v.abs().max_position()] < 0.0 {
+            -v
+        } else {
+            v
+        }
+    };
+    let along = upwards((longest.ends[1] - longest.ends[0]).normalize_or_zero());
+    let across = upwards(normal.cross(along));
+    let line = 0.5 * longest.sections.first().map_or(0.0, |s| s.width);
+    beads.sort_by(|a, b| a.middle.dot(across).total_cmp(&b.middle.dot(across)));
+    let (mut row, mut last) = (0, f64::NEG_INFINITY);
+    let mut placed: Vec<(u32, f64, Bead)> = Vec::with_capacity(beads.len());
+    for bead in beads.drain(..) {
+        let at = bead.middle.dot(across);
+        row += u32::from(at - last > line);
+        last = at;
+        placed.push((row, bead.middle.dot(along), bead));
+    }
+    placed.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    beads.extend(placed.into_iter().map(|p| p.2));
+}
+
+/// The bead of a cluster, in the frame of the plate.
+fn bead(cluster: &[DVec3], on: &[DVec3], axis: &Axis, look: Look) -> Result<Bead, String> {
+    let turned: Vec<DVec3> = cluster.iter().map(|p| axis.turned(*p)).collect();
+    let beside: Vec<DVec3> = on.iter().map(|p| axis.turned(*p)).collect();
+    let [first, last] = range(turned.iter().map(|p| p.x));
+    let length = last - first;
+    let count = (MIDDLE * length / look.every).floor().max(1.0);
+    let mut sections = Vec::new();
+    let mut why = String::new();
+    for k in 0..=count as usize {
+        let along = first + length * (0.5 + MIDDLE * (k as f64 / count - 0.5));
+        let slab = |p: &&DVec3| (p.x - along).abs() <= 0.5 * look.every.min(2.0);
+        let own: Vec<DVec2> = turned
+            .iter()
+            .filter(slab)
+            .map(|p| DVec2::new(p.y, p.z))
+            .collect();
+        let plate: Vec<DVec2> = beside
+            .iter()
+            .filter(slab)
+            .map(|p| DVec2::new(p.y, p.z))
+            .collect();
+        match Section::of(along - first, &own, &plate) {
+            Ok(section) => sections.push(section),
+            Err(reason) => why = reason,
+        }
+    }
+    if sections.len() < 3 {
+        let told = format!(
+            "{} of {} sections could be measured: {why}",
+            sections.len(),
+            count + 1.0
+        );
+        return Err(told);
+    }
+    let line: Vec<DVec2> = sections
+        .iter()
+        .map(|s| DVec2::new(s.along, s.centre))
+        .collect();
+    let bend = bend(&line);
+    if bend > STRAIGHT * length {
+        return Err(format!(
+            "its middle leaves a straight line by {bend:.1} mm over {length:.0} mm: straight beads are measured"
+        ));
+    }
+    let back = |x: f64, y: f64| axis.back(DVec2::new(x, y)).extend(0.0);
+    let centre = line.iter().map(|p| p.y).sum::<f64>() / line.len() as f64;
+    Ok(Bead {
+        ends: [back(first, centre), back(last, centre)],
+        middle: back(0.5 * (first + last), centre),
+        length,
+        bend,
+        sections,
+        points: cluster.len(),
+    })
+}
+
+/// How far a line leaves the straight one of least squares.
+fn bend(line: &[DVec2]) -> f64 {
+    let n = line.len() as f64;
+    let mean = line.iter().sum::<DVec2>() / n;
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for p in line {
+        let d = *p - mean;
+        xx += d.x * d.x;
+        xy += d.x * d.y;
+    }
+    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+    let off = |p: &DVec2| ((p.y - mean.y) - slope * (p.x - mean.x)).abs();
+    line.iter().map(off).fold(0.0, f64::max)
+}
+
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+        [low.min(v), high.max(v)]
+    })
+}
+
+/// The direction in which a cluster is longest.
+struct Axis {
+    middle: DVec2,
+    along: DVec2,
+}
+
+impl Axis {
+    /// By the principal axis of the cells that the cluster covers: their number does not hang on how densely each was scanned.
+    fn of(cluster: &[DVec3]) -> Option<Self> {
+        let mut cells: Vec<[i64; 2]> = cluster.iter().map(|p| cell(*p, 0.5)).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        let at = |c: &[i64; 2]| DVec2::new(c[0] as f64 + 0.5, c[1] as f64 + 0.5) * 0.5;
+        let middle = cells.iter().map(at).sum::<DVec2>() / cells.len() as f64;
+        let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+        for d in cells.iter().map(|c| at(c) - middle) {
+            xx += d.x * d.x;
+            yy += d.y * d.y;
+            xy += d.x * d.y;
+        }
+        let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
+        (cells.len() > 2).then(|| Axis {
+            middle,
+            along: DVec2::from_angle(angle),
+        })
+    }
+
+    /// A point of the plate along and across the axis, its height as it is.
+    fn turned(&self, p: DVec3) -> DVec3 {
+        let d = p.truncate() - self.middle;
+        DVec3::new(d.dot(self.along), self.along.perp_dot(d), p.z)
+    }
+
+    fn back(&self, p: DVec2) -> DVec2 {
+        self.middle + p.x * self.along + p.y * self.along.perp()
+    }
+
+    /// Length, and width in its middle half.
+    fn extent(&self, cluster: &[DVec3]) -> (f64, f64) {
+        let turned: Vec<DVec3> = cluster.iter().map(|p| self.turned(*p)).collect();
+        let [first, last] = range(turned.iter().map(|p| p.x));
+        let quarter = 0.25 * (last - first);
+        let inner = turned
+            .iter()
+            .filter(|p| (p.x - 0.5 * (first + last)).abs() < quarter);
+        let [low, high] = range(inner.map(|p| p.y));
+        (last - first, (high - low).max(0.0))
+    }
+}
+
+fn cell(p: DVec3, size: f64) -> [i64; 2] {
+    [(p.x / size).floor() as i64, (p.y / size).floor() as i64]
+}
+
+/// Points that hang together, the largest cluster first.
+fn clusters(points: &[DVec3]) -> Vec<Vec<DVec3>> {
+    let count = |size: f64| {
+        let mut cells: Vec<[i64; 2]> = points.iter().map(|p| cell(*p, size)).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells.len()
+    };
+    // the usual distance between points: an area of the plate for each
+    let pitch = TOGETHER * (count(TOGETHER) as f64 / points.len().max(1) as f64).sqrt();
+    let size = TOGETHER.max(3.0 * pitch.min(TOGETHER));
+    let mut cells: BTreeMap<[i64; 2], Vec<DVec3>> = BTreeMap::new();
+    for p in points {
+        cells.entry(cell(*p, size)).or_default().push(*p);
+    }
+    let mut clusters = Vec::new();
+    while let Some((first, own)) = cells.pop_first() {
+        let (mut cluster, mut open) = (own, vec![first]);
+        while let Some([x, y]) = open.pop() {
+            for next in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j])) {
+                if let Some(own) = cells.remove(&next) {
+                    cluster.extend(own);
+                    open.push(next);
+                }
+            }
+        }
+        clusters.push(cluster);
+    }
+    clusters.sort_by_key(|c| std::cmp::Reverse(c.len()));
+    clusters
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_numerics::random::Random;
+
+    /// A plate with beads: each from a point in a direction, so long, wide and high.
+    struct Scene {
+        random: Random,
+        points: Vec<DVec3>,
+        noise: f64,
+    }
+
+    impl Scene {
+        fn new(seed: u64, noise: f64) -> Self {
+            Scene {
+                random: Random::new(seed),
+                points: Vec::new(),
+                noise,
+            }
+        }
+
+        fn plate(&mut self, size: [f64; 2], count: usize) {
+            for _ in 0..count {
+                let p = DVec2::new(
+                    self.random.between(0.0, size[0]),
+                    self.random.between(0.0, size[1]),
+                );
+                let z = self.noise * self.random.normal();
+                self.points.push(p.extend(z));
+            }
+        }
+
+        /// Sections are parabolas. What of the plate lies under the bead is not seen.
+        fn bead(&mut self, from: DVec2, angle: f64, [long, wide, high]: [f64; 3], count: usize) {
+            let along = DVec2::from_angle(angle);
+            let inside = |p: &DVec3| {
+                let d = p.truncate() - from;
+                let (x, y) = (d.dot(along), along.perp_dot(d));
+                (0.0..long).contains(&x) && y.abs() < 0.5 * wide
+            };
+            self.points.retain(|p| !inside(p));
+            for _ in 0..count {
+                let (x, y) = (
+                    self.random.between(0.0, long),
+                    self.random.between(-0.5, 0.5) * wide,
+                );
+                let z = high * (1.0 - (2.0 * y / wide).powi(2)) + self.noise * self.random.normal();
+                self.points
+                    .push((from + x * along + y * along.perp()).extend(z));
+            }
+        }
+
+        fn found(&self) -> (Found, Plate) {
+            let plate = Plate::of(&self.points, 0.2).unwrap();
+            let look = Look {
+                near: 0.2,
+                every: 5.0,
+            };
+            (beads(&self.points, &plate, look), plate)
+        }
+    }
+
+    fn mean(bead: &Bead, of: impl Fn(&Section) -> f64) -> f64 {
+        bead.sections.iter().map(of).sum::<f64>() / bead.sections.len() as f64
+    }
+
+    /// waam AC-48, and the second half of AC-45: of a bead 7 x 2 mm nearly all points are its own.
+    #[test]
+    fn waam_ac48_sizes_of_a_bead_in_a_cloud() {
+        for (seed, noise) in [(1, 0.0), (2, 0.03), (3, 0.05)] {
+            let mut scene = Scene::new(seed, noise);
+            scene.plate([120.0, 60.0], 60_000);
+            scene.bead(DVec2::new(10.0, 20.0), 0.2, [90.0, 7.0, 2.0], 30_000);
+            let (found, _) = scene.found();
+            let [bead] = &found.beads[..] else {
+                panic!("{found:?}")
+            };
+            let [w, h, a] = [
+                mean(bead, |s| s.width),
+                mean(bead, |s| s.height),
+                mean(bead, |s| s.area),
+            ];
+            assert!((w - 7.0).abs() < 0.05 && (h - 2.0).abs() < 0.05, "{w} {h}");
+            assert!((a / (14.0 * 2.0 / 3.0) - 1.0).abs() < 0.02, "{a}");
+            assert!((bead.length - 90.0).abs() < 0.5);
+            // of a parabola 95 % of the width stand more than a tenth of the height out
+            let higher = 30_000.0 * 0.9_f64.sqrt();
+            assert!(bead.points as f64 > 0.98 * higher, "{}", bead.points);
+            assert!((bead.ends[0].truncate() - DVec2::new(10.0, 20.0)).length() < 0.5);
+        }
+    }
+
+    #[test]
+    fn beads_on_one_plate_are_told_apart_and_spatter_is_left() {
+        let mut scene = Scene::new(7, 0.02);
+        scene.plate([120.0, 90.0], 80_000);
+        for (x, y, long, wide) in [
+            (15.0, 70.0, 80.0, 5.0),
+            (60.0, 45.5, 35.0, 4.0),
+            (15.0, 45.0, 35.0, 6.0),
+            (15.0, 20.0, 80.0, 8.0),
+        ] {
+            scene.bead(DVec2::new(x, y), 0.0, [long, wide, 2.0], 20_000);
+        }
+        scene.bead(DVec2::new(100.0, 34.0), 0.0, [3.0, 3.0, 1.0], 200);
+        let (found, _) = scene.found();
+        let width = |b: &Bead| mean(b, |s| s.width).round();
+        let widths: Vec<f64> = found.beads.iter().map(width).collect();
+        // by their places: two of the second row's in one line
+        assert_eq!(widths, [8.0, 6.0, 4.0, 5.0]);
+        assert!((100..=200).contains(&found.spatter), "{}", found.spatter);
+    }
+
+    /// A plate that warps under its bead is levelled beside each section.
+    #[test]
+    fn a_warped_plate_takes_nothing_from_the_height() {
+        let mut scene = Scene::new(9, 0.02);
+        scene.plate([120.0, 60.0], 60_000);
+        scene.bead(DVec2::new(15.0, 30.0), 0.0, [90.0, 7.0, 2.0], 30_000);
+        for p in &mut scene.points {
+            p.z += 0.15 * (2.0 * (p.x - 60.0) / 120.0).powi(2);
+        }
+        let (found, _) = scene.found();
+        let h = mean(&found.beads[0], |s| s.height);
+        assert!((h - 2.0).abs() < 0.02, "{h}");
+    }
+
+    #[test]
+    fn a_bead_that_bends_is_refused_with_how_much() {
+        let mut scene = Scene::new(11, 0.02);
+        scene.plate([120.0, 90.0], 60_000);
+        for k in 0..60 {
+            let x = 15.0 + 1.5 * f64::from(k);
+            let y = 20.0 + 0.01 * (x - 15.0).powi(2);
+            let angle = (0.02 * (x - 15.0)).atan();
+            scene.bead(DVec2::new(x, y), angle, [3.0, 6.0, 2.0], 800);
+        }
+        let (found, _) = scene.found();
+        assert!(found.beads.is_empty());
+        assert!(
+            found.refused[0].1.contains("leaves a straight line"),
+            "{:?}",
+            found.refused
+        );
+    }
+}

@@ -1,0 +1,159 @@
+//! Clouds of points as scanners and profile cameras write them.
+
+mod ply;
+
+use std::path::Path;
+
+use meltpath_geometry::math::DVec3;
+
+/// Points of a surface, in the unit of their file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cloud {
+    /// The points, in the order of the file.
+    pub points: Vec<DVec3>,
+    /// Points of the file that are no numbers: scanners write where they saw nothing.
+    pub unseen: usize,
+}
+
+/// Why a cloud cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CloudError {
+    /// The file does not open or read.
+    #[error("cannot read `{file}`: {message}")]
+    File {
+        /// Which file.
+        file: String,
+        /// What was said.
+        message: String,
+    },
+    /// A kind of file that is not read.
+    #[error(
+        "`{file}` is no cloud of points that can be read: write it as .ply, or as .xyz, .asc, .pts, .txt or .csv with x, y, z in each line"
+    )]
+    Kind {
+        /// Which file.
+        file: String,
+    },
+    /// What a file holds.
+    #[error("`{file}`, {place}: {message}")]
+    Content {
+        /// Which file.
+        file: String,
+        /// Line or part of it.
+        place: String,
+        /// What is wrong, and what to do.
+        message: String,
+    },
+}
+
+/// Where in a file something is wrong, and what.
+type Wrong = (String, String);
+
+impl Cloud {
+    /// Reads a cloud by its file's extension: PLY (text or binary), or lines of x, y, z.
+    ///
+    /// # Errors
+    /// [`CloudError`].
+    pub fn read(path: &Path) -> Result<Self, CloudError> {
+        let file = path.display().to_string();
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let extension = extension.to_lowercase();
+        let text = ["xyz", "asc", "pts", "txt", "csv"];
+        if extension != "ply" && !text.contains(&extension.as_str()) {
+            return Err(CloudError::Kind { file });
+        }
+        let bytes = std::fs::read(path).map_err(|e| CloudError::File {
+            file: file.clone(),
+            message: e.to_string(),
+        })?;
+        let read = if extension == "ply" {
+            ply::points(&bytes)
+        } else {
+            lines(&String::from_utf8_lossy(&bytes))
+        };
+        let points = read.map_err(|(place, message)| CloudError::Content {
+            file,
+            place,
+            message,
+        })?;
+        let all = points.len();
+        let points: Vec<DVec3> = points.into_iter().filter(|p| p.is_finite()).collect();
+        Ok(Cloud {
+            unseen: all - points.len(),
+            points,
+        })
+    }
+}
+
+/// Points of lines that begin with x, y, z, between blanks, commas, semicolons or tabs. What stands before the first point, and after `#`
+/// or `//`, is left out.
+fn lines(text: &str) -> Result<Vec<DVec3>, Wrong> {
+    let mut points = Vec::new();
+    for (n, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') || line.starts_with("//") {
+            continue;
+        }
+        // decimal commas stand between semicolons
+        let line = if line.contains(';') {
+            line.replace(',', ".")
+        } else {
+            line.to_owned()
+        };
+        let cells = line.split([' ', '\t', ',', ';']).filter(|c| !c.is_empty());
+        let mut values = cells.map_while(|c| c.parse::<f64>().ok());
+        match (values.next(), values.next(), values.next()) {
+            (Some(x), Some(y), Some(z)) => points.push(DVec3::new(x, y, z)),
+            _ if points.is_empty() => {}
+            _ => {
+                let message =
+                    "no x, y, z there: take the line out, or write nan for what was not seen";
+                return Err((format!("line {}", n + 1), message.to_owned()));
+            }
+        }
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(name: &str, text: &[u8]) -> Result<Cloud, CloudError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        Cloud::read(&path)
+    }
+
+    #[test]
+    fn lines_between_blanks_commas_and_semicolons() {
+        let wanted = vec![DVec3::new(1.0, 2.5, -3.0), DVec3::new(4.0, 5.0, 6e-1)];
+        for (name, text) in [
+            ("a.xyz", "1 2.5 -3\n4  5\t6e-1\n"),
+            ("a.pts", "2\n1 2.5 -3 120 0 0 0\n4 5 0.6 121 0 0 0\n"),
+            ("a.csv", "x,y,z\n1,2.5,-3\n4,5,0.6\n"),
+            ("a.TXT", "# scan\nX;Y;Z\n1;2,5;-3\n4;5;0,6\n"),
+        ] {
+            assert_eq!(
+                read(name, text.as_bytes()).unwrap().points,
+                wanted,
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_was_not_seen_is_counted() {
+        let cloud = read("a.xyz", b"1 2 3\nnan nan nan\n4 5 6\n").unwrap();
+        assert_eq!((cloud.points.len(), cloud.unseen), (2, 1));
+    }
+
+    #[test]
+    fn a_line_without_a_point_is_told_by_its_number() {
+        let error = read("a.xyz", b"1 2 3\n4 5\n").unwrap_err().to_string();
+        assert!(error.contains("line 2"), "{error}");
+        let kind = read("a.las", b"").unwrap_err().to_string();
+        assert!(kind.contains(".ply"), "{kind}");
+    }
+}
