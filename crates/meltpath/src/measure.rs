@@ -1,6 +1,7 @@
 //! `meltpath measure`: sizes of beads from a scan, and a process map of them.
 
 mod file;
+pub mod found;
 mod judge;
 pub mod map;
 
@@ -17,9 +18,7 @@ use crate::outcome::RunFolder;
 use crate::views;
 
 pub use file::{Scan, ScanFile, Setting};
-
-/// Form: where twice a third of width times height is farther from the area, the section is no parabola.
-const FORM: f64 = 0.1;
+pub use found::{Found, Mean, Measured};
 
 meltpath_base::passes_on! {
     /// Why nothing was measured.
@@ -63,60 +62,6 @@ meltpath_base::passes_on! {
 }
 
 stops!(MeasureError);
-
-/// A mean and the standard deviation of what it is of.
-pub type Mean = [f64; 2];
-
-/// A bead with its sizes.
-#[derive(Debug, Clone)]
-pub struct Measured {
-    /// As it was found.
-    pub bead: Bead,
-    /// Width over its sections, mm.
-    pub width: Mean,
-    /// Height over its sections, mm.
-    pub height: Mean,
-    /// Area over its sections, mm².
-    pub area: Mean,
-    /// The settings that it was laid with.
-    pub setting: Option<Setting>,
-    /// The wire that was fed for it over its way, mm².
-    pub fed: Option<f64>,
-}
-
-impl Measured {
-    /// Its metal over the wire that was fed, and the standard uncertainty.
-    pub fn kept(&self, wire_sigma: f64) -> Option<Mean> {
-        let [area, scatter] = self.area;
-        let ratio = area / self.fed?;
-        let of_mean = scatter / (self.bead.sections.len() as f64).sqrt() / area;
-        Some([ratio, ratio * of_mean.hypot(wire_sigma)])
-    }
-
-    /// Two thirds of width times height over the area, less one: zero of a parabola.
-    pub fn form(&self) -> f64 {
-        2.0 / 3.0 * self.width[0] * self.height[0] / self.area[0] - 1.0
-    }
-}
-
-/// What was measured.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// The file, resolved.
-    pub scan: Scan,
-    /// The plate.
-    pub plate: Plate,
-    /// Points of the scan.
-    pub points: usize,
-    /// The beads.
-    pub beads: Vec<Measured>,
-    /// The process map that they make, where they make one.
-    pub map: Option<String>,
-    /// As checks.
-    pub verdict: Verdict,
-    /// The folder of the report.
-    pub folder: PathBuf,
-}
 
 /// Measures the beads of a scan and writes a folder.
 ///
@@ -208,7 +153,11 @@ fn found(
         return Err(MeasureError::NoBead {
             scan: scan.name.clone(),
             above: cloud.points.iter().filter(above).count(),
-            told: refused.iter().map(|r| format!("; {r}")).collect(),
+            told: [String::new()]
+                .into_iter()
+                .chain(refused)
+                .collect::<Vec<_>>()
+                .join("; "),
         });
     }
     for message in refused {

@@ -21,6 +21,9 @@ const LONG: (f64, f64) = (3.0, 10.0);
 /// A bead that bends away from a line by more of its length is not straight.
 const STRAIGHT: f64 = 0.02;
 
+/// Most sections of a bead.
+const MOST: f64 = 1000.0;
+
 /// How clouds are looked through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
@@ -126,7 +129,7 @@ fn bead(cluster: &[DVec3], on: &[DVec3], axis: &Axis, look: Look) -> Result<Bead
     let beside: Vec<DVec3> = on.iter().map(|p| axis.turned(*p)).collect();
     let [first, last] = range(turned.iter().map(|p| p.x));
     let length = last - first;
-    let count = (MIDDLE * length / look.every).floor().max(1.0);
+    let count = (MIDDLE * length / look.every).floor().clamp(1.0, MOST);
     let mut sections = Vec::new();
     let mut why = String::new();
     for k in 0..=count as usize {

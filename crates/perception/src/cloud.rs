@@ -1,10 +1,13 @@
 //! Clouds of points as scanners and profile cameras write them.
 
 mod ply;
+mod wrong;
 
 use std::path::Path;
 
 use meltpath_geometry::math::DVec3;
+
+pub use wrong::Wrong;
 
 /// Points of a surface, in the unit of their file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -35,19 +38,23 @@ pub enum CloudError {
         file: String,
     },
     /// What a file holds.
-    #[error("`{file}`, {place}: {message}")]
+    #[error("`{file}`, {wrong}")]
     Content {
         /// Which file.
         file: String,
-        /// Line or part of it.
-        place: String,
-        /// What is wrong, and what to do.
-        message: String,
+        /// What is wrong.
+        wrong: Wrong,
     },
 }
 
-/// Where in a file something is wrong, and what.
-type Wrong = (String, String);
+/// Kinds of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// PLY, text or binary.
+    Ply,
+    /// Lines of x, y, z.
+    Lines,
+}
 
 impl Cloud {
     /// Reads a cloud by its file's extension: PLY (text or binary), or lines of x, y, z.
@@ -57,25 +64,27 @@ impl Cloud {
     pub fn read(path: &Path) -> Result<Self, CloudError> {
         let file = path.display().to_string();
         let extension = path.extension().unwrap_or_default().to_string_lossy();
-        let extension = extension.to_lowercase();
-        let text = ["xyz", "asc", "pts", "txt", "csv"];
-        if extension != "ply" && !text.contains(&extension.as_str()) {
-            return Err(CloudError::Kind { file });
-        }
+        let kind = match extension.to_lowercase().as_str() {
+            "ply" => Kind::Ply,
+            "xyz" | "asc" | "pts" | "txt" | "csv" => Kind::Lines,
+            _ => return Err(CloudError::Kind { file }),
+        };
         let bytes = std::fs::read(path).map_err(|e| CloudError::File {
             file: file.clone(),
             message: e.to_string(),
         })?;
-        let read = if extension == "ply" {
-            ply::points(&bytes)
-        } else {
-            lines(&String::from_utf8_lossy(&bytes))
+        Cloud::parse(kind, &bytes).map_err(|wrong| CloudError::Content { file, wrong })
+    }
+
+    /// The cloud of a file's bytes.
+    ///
+    /// # Errors
+    /// [`Wrong`].
+    pub fn parse(kind: Kind, bytes: &[u8]) -> Result<Self, Wrong> {
+        let points = match kind {
+            Kind::Ply => ply::points(bytes)?,
+            Kind::Lines => lines(&String::from_utf8_lossy(bytes))?,
         };
-        let points = read.map_err(|(place, message)| CloudError::Content {
-            file,
-            place,
-            message,
-        })?;
         let all = points.len();
         let points: Vec<DVec3> = points.into_iter().filter(|p| p.is_finite()).collect();
         Ok(Cloud {
@@ -106,9 +115,12 @@ fn lines(text: &str) -> Result<Vec<DVec3>, Wrong> {
             (Some(x), Some(y), Some(z)) => points.push(DVec3::new(x, y, z)),
             _ if points.is_empty() => {}
             _ => {
-                let message =
-                    "no x, y, z there: take the line out, or write nan for what was not seen";
-                return Err((format!("line {}", n + 1), message.to_owned()));
+                return Err(Wrong {
+                    place: format!("line {}", n + 1),
+                    message:
+                        "no x, y, z there: take the line out, or write nan for what was not seen"
+                            .to_owned(),
+                });
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The targets: a name, seeds, how they are damaged, and what must hold.
 
+mod clouds;
 mod dialects;
 mod machines;
 mod parts;
@@ -67,6 +68,8 @@ pub const TARGETS: &[Target] = &[
     settings::RECIPE,
     settings::MAPPING,
     settings::MEASUREMENTS,
+    clouds::PLY,
+    clouds::LINES,
     records::CSV,
     records::MAT,
     records::PARQUET,

@@ -213,6 +213,8 @@ bodies!(
     recipe,
     mapping,
     measurements,
+    cloud_ply,
+    cloud_lines,
     record_csv,
     record_mat,
     record_parquet,

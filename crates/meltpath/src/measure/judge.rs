@@ -4,7 +4,11 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_perception::cloud::Cloud;
 use meltpath_perception::plate::Plate;
 
-use super::{FORM, Measured, Scan};
+use super::file::Scan;
+use super::found::Measured;
+
+/// Where two thirds of width times height are farther from the area, the section is no parabola.
+const FORM: f64 = 0.1;
 
 /// Width along a bead may scatter by so much, %: a bead that does more has no width.
 const STEADY: f64 = 10.0;

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use meltpath_base::{Check, Status};
 use toml::Value;
 
-use super::{Measured, Scan, Setting};
+use super::file::{Scan, Setting};
+use super::found::Measured;
 
 /// Least beads of a map: one more than the simplest law has numbers.
 const BEADS: usize = 4;

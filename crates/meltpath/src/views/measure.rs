@@ -3,12 +3,12 @@
 use meltpath_base::Provenance;
 use meltpath_base::number::with_uncertainty;
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_geometry::math::DVec2;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::Plot;
 use meltpath_report::table::{Cell, Table};
 
-use crate::measure::{Found, Measured};
+use crate::measure::found::{Found, Measured};
 
 /// Sections that are drawn.
 const DRAWN: usize = 16;
@@ -66,9 +66,10 @@ fn plan(found: &Found) -> Plot {
         "Where they lie",
         ["x of the scan", "mm"],
         ["y of the scan", "mm"],
-    );
+    )
+    .caption("Bead 1 is the first across them from low x or y; beads in one line follow along it.");
     for (k, bead) in found.beads.iter().enumerate() {
-        let line = bead.bead.ends.map(|p| p.truncate()).to_vec();
+        let line = bead.bead.ends.map(DVec3::truncate).to_vec();
         plot = plot.line(format!("bead {}", k + 1), line);
     }
     plot
@@ -130,7 +131,7 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
     folder.write("beads.csv", |w| {
         writeln!(
             w,
-            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,wire_feed_mm_per_s,travel_speed_mm_per_s,fed_mm2"
+            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,wire_feed_mm_s,travel_speed_mm_s,fed_mm2"
         )?;
         for (k, b) in found.beads.iter().enumerate() {
             let m = b.bead.middle;

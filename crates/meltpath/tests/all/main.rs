@@ -21,6 +21,7 @@ mod identify;
 mod joint_moves;
 mod leaning;
 mod lpbf;
+mod measure;
 mod names;
 mod onto;
 mod over;

@@ -13,8 +13,8 @@ const LEVELS: [f64; 2] = [0.5, 4.0];
 const STRAY: f64 = 3.0;
 /// Rounds in which stray points are left out.
 const ROUNDS: usize = 3;
-/// Width of the rectangles of which the area is the sum, mm.
-const RECTANGLE: f64 = 0.25;
+/// Steps across of which the area is the sum, mm.
+const STEP: f64 = 0.25;
 
 /// A section across a bead; heights are above the plate beside it.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,35 +132,29 @@ fn parabola(points: &[DVec2]) -> Option<[f64; 3]> {
     found
 }
 
-/// The sum of rectangles under points that are sorted, from foot to foot; where none lies in one it is as high as its neighbours.
+/// The area under points, from foot to foot: rectangles between the means of what lies in even steps across, each at its own mean place, so
+/// that rows of a scanner do not beat with the steps.
 fn area(points: &[DVec2], centre: f64, width: f64) -> f64 {
-    let count = (width / RECTANGLE).ceil().max(1.0);
-    let step = width / count;
+    let count = (width / STEP).ceil().max(1.0);
     let first = centre - 0.5 * width;
-    let mut sums = vec![(0.0, 0.0); count as usize];
+    let mut sums = vec![(DVec2::ZERO, 0.0); count as usize];
     for p in points {
-        let place = (p.x - first) / step;
+        let place = (p.x - first) / width * count;
         if let Some(sum) = (place >= 0.0)
             .then(|| sums.get_mut(place as usize))
             .flatten()
         {
-            *sum = (sum.0 + p.y, sum.1 + 1.0);
+            *sum = (sum.0 + *p, sum.1 + 1.0);
         }
     }
-    let heights: Vec<Option<f64>> = sums
-        .iter()
-        .map(|(sum, n)| (*n > 0.0).then(|| sum / n))
-        .collect();
-    let near = |k: usize| {
-        let before = heights[..k].iter().rev().find_map(|h| *h);
-        let after = heights[k..].iter().find_map(|h| *h);
-        match (before, after) {
-            (Some(a), Some(b)) => 0.5 * (a + b),
-            (a, b) => a.or(b).unwrap_or(0.0),
-        }
-    };
-    let high = |(k, h): (usize, &Option<f64>)| h.unwrap_or_else(|| near(k));
-    step * heights.iter().enumerate().map(high).sum::<f64>()
+    let means = sums.iter().filter(|s| s.1 > 0.0).map(|s| s.0 / s.1);
+    let feet = [first, first + width].map(|y| DVec2::new(y, 0.0));
+    let mut line = vec![feet[0]];
+    line.extend(means);
+    line.push(feet[1]);
+    line.windows(2)
+        .map(|w| 0.5 * (w[0].y + w[1].y) * (w[1].x - w[0].x))
+        .sum()
 }
 
 #[cfg(test)]

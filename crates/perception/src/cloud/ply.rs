@@ -2,7 +2,7 @@
 
 use meltpath_geometry::math::DVec3;
 
-use super::Wrong;
+use super::wrong::Wrong;
 
 /// A format of numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +75,10 @@ struct Header {
 }
 
 fn wrong<T>(place: impl Into<String>, message: impl Into<String>) -> Result<T, Wrong> {
-    Err((place.into(), message.into()))
+    Err(Wrong {
+        place: place.into(),
+        message: message.into(),
+    })
 }
 
 fn header(bytes: &[u8]) -> Result<Header, Wrong> {
@@ -92,10 +95,8 @@ fn header(bytes: &[u8]) -> Result<Header, Wrong> {
         let place = || format!("line {number}");
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
-            _ if number == 1 => {
-                if line != "ply" {
-                    return wrong(place(), "it does not begin with ply");
-                }
+            _ if number == 1 && line != "ply" => {
+                return wrong(place(), "it does not begin with ply");
             }
             ["format", word, ..] => {
                 format = Some(match word {
@@ -250,7 +251,7 @@ mod tests {
             }
             bytes.extend([3, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1]);
             assert_eq!(points(&bytes).unwrap(), wanted);
-            let cut = points(&bytes[..bytes.len() - 20]).unwrap_err().1;
+            let cut = points(&bytes[..bytes.len() - 20]).unwrap_err().message;
             assert!(cut.contains("2 vertices are told and 1 are there"), "{cut}");
         }
     }
@@ -275,7 +276,7 @@ mod tests {
                 "no z",
             ),
         ] {
-            let (_, message) = points(text.as_bytes()).unwrap_err();
+            let message = points(text.as_bytes()).unwrap_err().message;
             assert!(message.contains(told), "{message}");
         }
     }

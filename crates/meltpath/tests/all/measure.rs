@@ -1,0 +1,235 @@
+//! `meltpath measure`: beads of a scan, what is wrong with scans, and a process map that predicts a bead that was left out.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use crate::support::{check, has_files, says, warned, write};
+use meltpath::measure::{Found, MeasureError, measure};
+use meltpath::outcome::RunFolder::At;
+use meltpath_base::{Reporter, Silent, Status};
+use meltpath_deposition::consumable::Wire;
+use meltpath_deposition::process_map::ProcessMap;
+use meltpath_numerics::random::Random;
+
+/// Section of a wire of 1.2 mm, mm².
+const WIRE: f64 = 0.36 * std::f64::consts::PI;
+/// mm/s in one m/min.
+const M_PER_MIN: f64 = 1000.0 / 60.0;
+/// Metal that stays in a bead of the scans.
+const KEPT: f64 = 0.96;
+
+/// A bead of a law of the tests' own: feed and travel speed in m/min, width and height in mm.
+fn sizes([feed, travel]: [f64; 2]) -> [f64; 2] {
+    let area = KEPT * WIRE * feed / travel;
+    let width = 2.4 * area.powf(0.45);
+    [width, 1.5 * area / width]
+}
+
+/// Lines of a plate on which beads lie 20 mm apart, from x = 10 to 90 mm; tilted and moved as a scanner sees it, in units of `unit` mm.
+fn scan(beads: &[[f64; 2]], unit: f64) -> String {
+    let mut text = String::from("x y z\n");
+    let mut random = Random::new(3);
+    let rows = 20 * i32::try_from(beads.len()).unwrap() + 10;
+    for i in 0..=100 {
+        for j in 0..=8 * rows {
+            let (x, y) = (f64::from(i), f64::from(j) / 8.0);
+            let bead = beads.get(((y - 5.0) / 20.0).max(0.0) as usize);
+            let height = bead.map_or(0.0, |setting| {
+                let [w, h] = sizes(*setting);
+                let u = 2.0 * ((y - 5.0).rem_euclid(20.0) - 10.0) / w;
+                h * (1.0 - u * u)
+            });
+            let noise = 0.03 * random.normal();
+            let z = if (10..=90).contains(&i) {
+                height.max(0.0)
+            } else {
+                0.0
+            } + noise;
+            let [x, y, z] = [x + 40.0, 0.96 * y - 0.28 * z, 0.28 * y + 0.96 * z].map(|v| v / unit);
+            writeln!(text, "{x:.5} {y:.5} {z:.5}").unwrap();
+        }
+    }
+    text
+}
+
+const SETTINGS: [[f64; 2]; 6] = [
+    [5.0, 0.5],
+    [5.0, 0.8],
+    [7.0, 0.5],
+    [7.0, 0.8],
+    [9.0, 0.5],
+    [9.0, 0.8],
+];
+
+fn file(folder: &Path, head: &str, feeds: Option<f64>) -> std::path::PathBuf {
+    let mut text = format!("scan = \"plate.xyz\"\n{head}");
+    for [feed, travel] in SETTINGS {
+        write!(
+            text,
+            "[[bead]]\nwire_feed = \"{feed} m/min\"\ntravel_speed = \"{travel} m/min\"\n"
+        )
+        .unwrap();
+        if let Some(factor) = feeds {
+            writeln!(text, "measured_feed = \"{} m/min\"", feed * factor).unwrap();
+        }
+    }
+    write(folder, "scan.toml", text)
+}
+
+const PROCESS: &str = "wire = \"g3si-1.2\"\ngas = \"m21\"\nmode = \"cmt\"\n";
+
+fn measured(folder: &Path, file: &Path) -> Result<Found, MeasureError> {
+    measure(file, At(&folder.join("out")), &Silent)
+}
+
+/// The map that a scan made, as a job reads it.
+fn map(found: &Found) -> ProcessMap {
+    let wire = Wire::builtin("g3si-1.2").unwrap();
+    let text = found.map.as_ref().unwrap();
+    ProcessMap::parse("map.toml", text, &wire, &Reporter::new()).unwrap()
+}
+
+#[test]
+fn beads_of_a_scan_make_a_map_that_predicts_another() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "plate.xyz", scan(&SETTINGS, 1.0));
+    let found = measured(dir.path(), &file(dir.path(), PROCESS, Some(1.0))).unwrap();
+    for (bead, setting) in found.beads.iter().zip(SETTINGS) {
+        let [w, h] = sizes(setting);
+        assert!(
+            (bead.width[0] - w).abs() < 0.05,
+            "{setting:?}: {} for {w}",
+            bead.width[0]
+        );
+        assert!(
+            (bead.height[0] - h).abs() < 0.05,
+            "{setting:?}: {} for {h}",
+            bead.height[0]
+        );
+        let kept = bead.kept(0.0).unwrap()[0];
+        assert!(
+            (kept - KEPT).abs() < 0.015,
+            "{setting:?}: {kept}, form {}",
+            bead.form()
+        );
+    }
+    assert_eq!(found.verdict.checks.len(), 3);
+    for check in &found.verdict.checks {
+        assert_eq!(check.status, Status::Pass, "{check:?}");
+    }
+    has_files(
+        &dir.path().join("out"),
+        &[
+            "report.html",
+            "beads.csv",
+            "sections.csv",
+            "map.toml",
+            "verdict.json",
+        ],
+    );
+    let map = map(&found);
+    let between = [6.0, 0.65];
+    let bead = map.bead(between[0] * M_PER_MIN, between[1] * M_PER_MIN);
+    let [w, h] = sizes(between);
+    assert!((bead.width.value / w - 1.0).abs() < 0.02, "{bead:?}");
+    assert!((bead.height.value / h - 1.0).abs() < 0.02, "{bead:?}");
+    let area = KEPT * WIRE * between[0] / between[1];
+    assert!((bead.area.value / area - 1.0).abs() < 0.02 && bead.valid);
+}
+
+/// Where the feed was not measured the beads tell how much more is fed than set; a scan in inches is the same scan.
+#[test]
+fn what_is_fed_more_than_set_is_the_maps_factor() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "plate.xyz", scan(&SETTINGS, 25.4));
+    let found = measured(
+        dir.path(),
+        &file(dir.path(), &format!("unit = \"in\"\n{PROCESS}"), None),
+    )
+    .unwrap();
+    let text = found.map.as_ref().unwrap();
+    says(text, &["feed_factor", "assumed", "rows"]);
+    let bead = map(&found).bead(7.0 * M_PER_MIN, 0.5 * M_PER_MIN);
+    let area = KEPT * WIRE * 7.0 / 0.5;
+    assert!((bead.area.value / area - 1.0).abs() < 0.015, "{bead:?}");
+    // of whose feed a third was told less than was fed
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "plate.xyz", scan(&SETTINGS, 1.0));
+    let found = measured(dir.path(), &file(dir.path(), PROCESS, Some(0.7))).unwrap();
+    assert!(found.map.is_none() && warned(&found.verdict, "no-map"));
+}
+
+/// waam AC-27: more metal measured than wire fed raises a flag.
+#[test]
+fn waam_ac27_more_metal_than_wire_fails() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "plate.xyz", scan(&SETTINGS, 1.0));
+    for (feeds, status) in [
+        (Some(1.0), Status::Pass),
+        (Some(0.9), Status::Fail),
+        (None, Status::Pass),
+    ] {
+        let _ = std::fs::remove_dir_all(dir.path().join("out"));
+        let found = measured(dir.path(), &file(dir.path(), PROCESS, feeds)).unwrap();
+        let flag = check(&found.verdict, "metal-most");
+        assert_eq!(flag.status, status, "{feeds:?}: {flag:?}");
+        assert!(flag.place.as_ref().unwrap().bead.is_some());
+    }
+    // a wire half as thick cannot fill these beads, measured or not
+    let _ = std::fs::remove_dir_all(dir.path().join("out"));
+    let thin = PROCESS.replace("g3si-1.2", "er70s-6-0.9");
+    let found = measured(dir.path(), &file(dir.path(), &thin, None)).unwrap();
+    assert_eq!(check(&found.verdict, "metal-most").status, Status::Fail);
+}
+
+#[test]
+fn sizes_alone_need_no_settings() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "plate.xyz", scan(&SETTINGS[..2], 1.0));
+    let file = write(dir.path(), "scan.toml", "scan = \"plate.xyz\"\n");
+    let found = measured(dir.path(), &file).unwrap();
+    assert_eq!(found.beads.len(), 2);
+    assert_eq!(
+        check(&found.verdict, "metal-most").status,
+        Status::NotChecked
+    );
+    assert!(found.map.is_none() && warned(&found.verdict, "no-map"));
+}
+
+#[test]
+fn what_is_wrong_with_a_scan_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = |head: &str, cloud: &str| {
+        write(dir.path(), "plate.xyz", cloud);
+        let error = measured(dir.path(), &file(dir.path(), head, None)).unwrap_err();
+        assert!(!dir.path().join("out").exists());
+        error.to_string()
+    };
+    let good = scan(&SETTINGS[..2], 1.0);
+    says(&told("", &good), &["tells of 6 beads", "shows 2", "x 90.0"]);
+    says(
+        &told("wire = \"no-such\"\n", &good),
+        &["no-such", "g3si-1.2"],
+    );
+    says(&told("near = \"0 mm\"\n", &good), &["near"]);
+    says(&told("", "1 2 3\n4 five 6\n"), &["line 2"]);
+    says(&told("", "1 2 3\n4 5 6\n"), &["2 points", "no plate"]);
+    let bare: String = good.split_inclusive('\n').take(4000).collect();
+    says(&told("", &bare), &["no straight bead"]);
+    // in the wrong unit nothing is as long as a bead
+    says(
+        &told("unit = \"m\"\n", &scan(&SETTINGS[..2], 1.0)),
+        &["plate"],
+    );
+    let file = write(dir.path(), "scan.toml", "scan = \"plate.las\"\n");
+    says(&measured(dir.path(), &file).unwrap_err(), &[".ply", ".xyz"]);
+    let file = write(
+        dir.path(),
+        "scan.toml",
+        "scan = \"plate.xyz\"\n[[bead]]\nwire_feed = \"5 m/min\"\ntravel_speed = \"0.5 m/min\"\nmeasured_feed = \"5 m/min\"\n[[bead]]\nwire_feed = \"5 m/min\"\ntravel_speed = \"0.5 m/min\"\n",
+    );
+    says(
+        &measured(dir.path(), &file).unwrap_err(),
+        &["measured_feed", "1 of 2"],
+    );
+}
