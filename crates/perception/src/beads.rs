@@ -145,7 +145,7 @@ fn bead(cluster: &[DVec3], on: &[DVec3], axis: &Axis, look: Look) -> Result<Bead
             .filter(slab)
             .map(|p| DVec2::new(p.y, p.z))
             .collect();
-        match Section::of(along - first, &own, &plate) {
+        match Section::of(along - first, &own, &plate, look.near) {
             Ok(section) => sections.push(section),
             Err(reason) => why = reason,
         }

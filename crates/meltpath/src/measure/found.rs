@@ -37,6 +37,12 @@ impl Measured {
         Some([ratio, ratio * of_mean.hypot(wire_sigma)])
     }
 
+    /// How far points are off the parabola, root mean square, over its height; the mean over the sections.
+    pub fn off(&self) -> f64 {
+        let all = &self.bead.sections;
+        all.iter().map(|s| s.off / s.height).sum::<f64>() / all.len() as f64
+    }
+
     /// Two thirds of width times height over the area, less one: zero of a parabola.
     pub fn form(&self) -> f64 {
         2.0 / 3.0 * self.width[0] * self.height[0] / self.area[0] - 1.0

@@ -7,11 +7,14 @@ use meltpath_perception::plate::Plate;
 use super::file::Scan;
 use super::found::Measured;
 
-/// Where two thirds of width times height are farther from the area, the section is no parabola.
-const FORM: f64 = 0.1;
+/// Where two thirds of width times height are so much of the area off, or points of the height off the parabola, the section is none.
+/// Beads of the source are within 1.2 %.
+const FORM: f64 = 0.05;
 
 /// Width along a bead may scatter by so much, %: a bead that does more has no width.
 const STEADY: f64 = 10.0;
+/// Points may be so much of the height off the parabola, %: two beads side by side are 18 % off.
+const ROUND: f64 = 10.0;
 /// Most metal over the wire that was measured, and over that which was set, %: installations of the source feed up to 26 % more than is set.
 const MOST: [f64; 2] = [100.0, 130.0];
 /// Least metal over the wire that was fed, %: what else is lost as spatter or was never fed.
@@ -42,16 +45,17 @@ pub(super) fn warn(beads: &[Measured], cloud: &Cloud, plate: &Plate, reporter: &
         );
     }
     for (k, bead) in beads.iter().enumerate() {
-        let form = bead.form();
-        if form.abs() > FORM {
+        let (form, off) = (bead.form(), bead.off());
+        if form.abs() > FORM || off > FORM {
             reporter.warn(
                 "no-parabola",
                 format!(
-                    "bead {}: two thirds of width times height is {:+.0} % of the area off: its section is no parabola",
+                    "bead {}: two thirds of width times height are {:+.0} % off the area, and points {:.0} % of the height off the parabola: its section is none",
                     k + 1,
-                    100.0 * form
+                    100.0 * form,
+                    100.0 * off
                 ),
-                "look at its section in the report; the area holds for any form, width and height are those of the parabola",
+                "look at its section in the report: two beads that touch count as one; the area holds for any form, width and height are those of the parabola",
             );
         }
     }
@@ -73,6 +77,15 @@ fn at(check: Check, (k, bead): (usize, &Measured)) -> Check {
     }
 }
 
+/// What passes needs no remedy.
+fn remedied(check: Check, remedy: &str) -> Check {
+    if check.status == Status::Pass {
+        check
+    } else {
+        check.remedy(remedy)
+    }
+}
+
 /// The checks.
 pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
     let scatter = |b: &Measured| 100.0 * b.width[1] / b.width[0];
@@ -81,8 +94,16 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         let value = Measure::exact(scatter(one.1), "%");
         let title = "scatter of the width along a bead";
         let check = Check::judge("steady", title, value, Limit::AtMost(STEADY));
-        let check = check.remedy("lay the bead again, or measure a stretch where it is steady");
-        checks.push(at(check, one));
+        let remedy = "lay the bead again, or measure a stretch where it is steady";
+        checks.push(at(remedied(check, remedy), one));
+    }
+    let off = |b: &Measured| 100.0 * b.off();
+    if let Some(one) = worst(beads, off) {
+        let value = Measure::exact(off(one.1), "%");
+        let title = "points off the parabola, of the bead's height";
+        let check = Check::judge("form", title, value, Limit::AtMost(ROUND));
+        let remedy = "look at its section in the report: two beads that touch count as one, and width and height of what is no parabola say little";
+        checks.push(at(remedied(check, remedy), one));
     }
     let diameter = |w: &meltpath_deposition::consumable::Wire| {
         2.0 * w.diameter.uncertainty.unwrap_or(0.0) / w.diameter.0
@@ -123,8 +144,7 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
                 } else {
                     "look at the unit and the order of the beads and at the wire's diameter; tell the feed that was measured (measured_feed), which may be a quarter off"
                 };
-                let check = if check.status == Status::Pass { check } else { check.remedy(remedy) };
-                at(check, one)
+                at(remedied(check, remedy), one)
             }
         });
     }

@@ -113,7 +113,7 @@ fn beads_of_a_scan_make_a_map_that_predicts_another() {
             bead.form()
         );
     }
-    assert_eq!(found.verdict.checks.len(), 3);
+    assert_eq!(found.verdict.checks.len(), 4);
     for check in &found.verdict.checks {
         assert_eq!(check.status, Status::Pass, "{check:?}");
     }
@@ -194,6 +194,30 @@ fn sizes_alone_need_no_settings() {
         Status::NotChecked
     );
     assert!(found.map.is_none() && warned(&found.verdict, "no-map"));
+}
+
+/// Two beads that touch are one cluster: no map is made of them.
+#[test]
+fn two_beads_that_touch_do_not_pass() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut random = Random::new(5);
+    let mut text = String::new();
+    for (i, j) in (0..120).flat_map(|i| (0..300).map(move |j| (i, j))) {
+        let (x, y) = (f64::from(i), 0.2 * f64::from(j));
+        let bead = |middle: f64| 2.0 * (1.0 - ((y - middle) / 3.5).powi(2));
+        let height = if i < 10 {
+            0.0
+        } else {
+            bead(28.0).max(bead(33.0)).max(0.0)
+        };
+        writeln!(text, "{x} {y} {}", height + 0.03 * random.normal()).unwrap();
+    }
+    write(dir.path(), "plate.xyz", text);
+    let file = write(dir.path(), "scan.toml", "scan = \"plate.xyz\"\n");
+    let found = measured(dir.path(), &file).unwrap();
+    assert_eq!(found.beads.len(), 1);
+    assert_eq!(check(&found.verdict, "form").status, Status::Fail);
+    assert!(warned(&found.verdict, "no-parabola"));
 }
 
 #[test]

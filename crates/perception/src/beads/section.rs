@@ -11,6 +11,8 @@ const BESIDE: usize = 5;
 const LEVELS: [f64; 2] = [0.5, 4.0];
 /// Points so many times the usual distance off the parabola are left out of it.
 const STRAY: f64 = 3.0;
+/// What is no bead has a parabola so many times wider or narrower than itself.
+const FITS: f64 = 1.4;
 /// Rounds in which stray points are left out.
 const ROUNDS: usize = 3;
 /// Steps across of which the area is the sum, mm.
@@ -36,8 +38,13 @@ pub struct Section {
 }
 
 impl Section {
-    /// The section of a bead's points and those of the plate in a slab; across and up, mm.
-    pub(super) fn of(along: f64, own: &[DVec2], plate: &[DVec2]) -> Result<Self, String> {
+    /// The section of a bead's points, which are higher than `near`, and those of the plate in a slab; across and up, mm.
+    pub(super) fn of(
+        along: f64,
+        own: &[DVec2],
+        plate: &[DVec2],
+        near: f64,
+    ) -> Result<Self, String> {
         if own.len() < POINTS {
             return Err(format!(
                 "at {along:.0} mm there are {} points, {POINTS} or more are needed: a closer scan, or sections farther apart",
@@ -63,6 +70,12 @@ impl Section {
             ));
         }
         let width = 2.0 * (-height / c).sqrt();
+        let wide = (high - low) / (1.0 - near / height).max(0.1).sqrt();
+        if !(1.0 / FITS..FITS).contains(&(width / wide)) {
+            return Err(format!(
+                "at {along:.0} mm the parabola is {width:.1} mm wide where the points are {wide:.1} mm: it is flat on top or has edges; if it is the plate, take what lies under it out of the scan"
+            ));
+        }
         let squares: f64 = own
             .iter()
             .map(|p| (p.y - (a + p.x * (b + c * p.x))).powi(2))
@@ -79,7 +92,7 @@ impl Section {
             centre,
             width,
             height,
-            area: area(&points, centre, width),
+            area: area(&points, 0.5 * (low + high), wide),
             off: (squares / own.len() as f64).sqrt(),
             points,
         })
@@ -172,7 +185,7 @@ mod tests {
     fn waam_ac36_area_by_rectangles_and_by_width_and_height() {
         for (wide, high) in [(7.0, 2.0), (4.0, 3.0), (12.0, 1.5)] {
             for count in [100, 333, 2000] {
-                let section = Section::of(0.0, &samples(count, wide, high), &[]).unwrap();
+                let section = Section::of(0.0, &samples(count, wide, high), &[], 0.0).unwrap();
                 let by_size = 2.0 / 3.0 * wide * high;
                 assert!(
                     (section.area / by_size - 1.0).abs() < 0.02,
@@ -184,27 +197,43 @@ mod tests {
         }
     }
 
-    /// A bead that is a box, which no parabola fits, has its area all the same.
+    /// A flat bead with steep sides, which no parabola fits, has its area all the same.
     #[test]
     fn the_area_is_that_of_any_form() {
-        let mut points: Vec<DVec2> = (0..=600)
-            .map(|k| DVec2::new(f64::from(k) * 0.01 - 3.0, 1.5))
-            .collect();
-        let plate: Vec<DVec2> = (0..=300)
-            .flat_map(|k| [-1.0, 1.0].map(|s| DVec2::new(s * (3.01 + f64::from(k) * 0.01), 0.0)))
-            .collect();
-        // an edge that is not quite straight: a top that is flat has no parabola
-        for p in &mut points {
-            p.y -= 0.02 * p.x * p.x;
-        }
-        let section = Section::of(0.0, &points, &plate).unwrap();
-        let true_area = 6.0 * 1.5 - 0.02 * 2.0 * 9.0;
+        let flat = |k: i32| {
+            DVec2::new(
+                f64::from(k) * 0.01,
+                1.5 - 1.5 * (f64::from(k) / 300.0).powi(4),
+            )
+        };
+        let all: Vec<DVec2> = (-299..300).map(flat).collect();
+        let (own, plate): (Vec<DVec2>, Vec<DVec2>) = all.into_iter().partition(|p| p.y > 0.2);
+        let section = Section::of(0.0, &own, &plate, 0.2).unwrap();
+        let true_area = 6.0 * 1.5 * 0.8;
         assert!(
-            (section.area / true_area - 1.0).abs() < 0.05,
+            (section.area / true_area - 1.0).abs() < 0.02,
             "{}",
             section.area
         );
-        assert!(section.parabola() > 1.5 * section.area);
+        assert!(
+            section.parabola() > 1.03 * section.area,
+            "{}",
+            section.parabola()
+        );
+    }
+
+    /// A plate that lies on a larger one is no bead.
+    #[test]
+    fn what_is_flat_on_top_is_no_bead() {
+        for bent in [0.0, 1e-5, 1e-4] {
+            let top = |k: i32| DVec2::new(f64::from(k) * 0.1, 8.0 - bent * f64::from(k * k) * 0.01);
+            let own: Vec<DVec2> = (-300..300).map(top).collect();
+            let error = Section::of(0.0, &own, &[], 0.2).unwrap_err();
+            assert!(
+                error.contains("flat on top") || error.contains("no bead"),
+                "{error}"
+            );
+        }
     }
 
     #[test]
@@ -213,7 +242,7 @@ mod tests {
         for k in [20, 60, 61, 150] {
             points[k].y += 1.5;
         }
-        let section = Section::of(0.0, &points, &[]).unwrap();
+        let section = Section::of(0.0, &points, &[], 0.0).unwrap();
         assert!((section.width - 7.0).abs() < 0.01 && (section.height - 2.0).abs() < 0.01);
     }
 
@@ -224,12 +253,12 @@ mod tests {
             .map(|p| DVec2::new(p.x, 3.0 - p.y))
             .collect();
         assert!(
-            Section::of(5.0, &valley, &[])
+            Section::of(5.0, &valley, &[], 0.0)
                 .unwrap_err()
                 .contains("no bead")
         );
         assert!(
-            Section::of(5.0, &valley[..4], &[])
+            Section::of(5.0, &valley[..4], &[], 0.0)
                 .unwrap_err()
                 .contains("4 points")
         );
