@@ -3,8 +3,12 @@
 mod ply;
 mod wrong;
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
+use meltpath_base::{Reporter, Silent};
+use meltpath_geometry::io::stl::read_stl;
 use meltpath_geometry::math::DVec3;
 
 pub use wrong::Wrong;
@@ -31,7 +35,7 @@ pub enum CloudError {
     },
     /// A kind of file that is not read.
     #[error(
-        "`{file}` is no cloud of points that can be read: write it as .ply, or as .xyz, .asc, .pts, .txt or .csv with x, y, z in each line"
+        "`{file}` is no cloud of points that can be read: write it as .ply or .stl, or as .xyz, .asc, .pts, .txt or .csv with x, y, z in each line"
     )]
     Kind {
         /// Which file.
@@ -57,7 +61,7 @@ pub enum Kind {
 }
 
 impl Cloud {
-    /// Reads a cloud by its file's extension: PLY (text or binary), or lines of x, y, z.
+    /// Reads a cloud by its file's extension: PLY (text or binary), the corners of an STL, or lines of x, y, z.
     ///
     /// # Errors
     /// [`CloudError`].
@@ -65,6 +69,7 @@ impl Cloud {
         let file = path.display().to_string();
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let kind = match extension.to_lowercase().as_str() {
+            "stl" => return corners(path, file),
             "ply" => Kind::Ply,
             "xyz" | "asc" | "pts" | "txt" | "csv" => Kind::Lines,
             _ => return Err(CloudError::Kind { file }),
@@ -94,10 +99,27 @@ impl Cloud {
     }
 }
 
-/// Points of lines that begin with x, y, z, between blanks, commas, semicolons or tabs. What stands before the first point, and after `#`
-/// or `//`, is left out.
+/// The corners of a scan that was made a mesh.
+fn corners(path: &Path, file: String) -> Result<Cloud, CloudError> {
+    let read = File::open(path)
+        .map_err(|e| e.to_string())
+        .and_then(|opened| {
+            let length = opened.metadata().ok().map(|m| m.len());
+            read_stl(BufReader::new(opened), length, &Reporter::new(), &Silent)
+                .map_err(|e| e.to_string())
+        });
+    let points = read.map_err(|message| CloudError::File { file, message })?;
+    Ok(Cloud {
+        points: points.mesh.vertices,
+        unseen: 0,
+    })
+}
+
+/// Points of lines of numbers between blanks, commas, semicolons or tabs: x, y, z first, or where a line of names before them says. What
+/// else stands before the first point, and after `#` or `//`, is left out.
 fn lines(text: &str) -> Result<Vec<DVec3>, Wrong> {
     let mut points = Vec::new();
+    let mut columns = [0, 1, 2];
     for (n, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') || line.starts_with("//") {
@@ -110,10 +132,11 @@ fn lines(text: &str) -> Result<Vec<DVec3>, Wrong> {
             line.to_owned()
         };
         let cells = line.split([' ', '\t', ',', ';']).filter(|c| !c.is_empty());
-        let mut values = cells.map_while(|c| c.parse::<f64>().ok());
-        match (values.next(), values.next(), values.next()) {
-            (Some(x), Some(y), Some(z)) => points.push(DVec3::new(x, y, z)),
-            _ if points.is_empty() => {}
+        let cells: Vec<&str> = cells.collect();
+        let value = |column: usize| cells.get(column)?.parse::<f64>().ok();
+        match columns.map(value) {
+            [Some(x), Some(y), Some(z)] => points.push(DVec3::new(x, y, z)),
+            _ if points.is_empty() => columns = named(&cells).unwrap_or(columns),
             _ => {
                 return Err(Wrong {
                     place: format!("line {}", n + 1),
@@ -125,6 +148,19 @@ fn lines(text: &str) -> Result<Vec<DVec3>, Wrong> {
         }
     }
     Ok(points)
+}
+
+/// The columns called x, y and z: by that letter alone, or followed by what is no letter (`x_mm`, `X[mm]`).
+fn named(cells: &[&str]) -> Option<[usize; 3]> {
+    let is = |cell: &&str, name: char| {
+        let mut letters = cell.trim_matches(['"', '\'']).chars();
+        letters
+            .next()
+            .is_some_and(|c| c.eq_ignore_ascii_case(&name))
+            && letters.next().is_none_or(|c| !c.is_alphabetic())
+    };
+    let at = |name| cells.iter().position(|cell| is(cell, name));
+    Some([at('x')?, at('y')?, at('z')?])
 }
 
 #[cfg(test)]
@@ -145,6 +181,10 @@ mod tests {
             ("a.xyz", "1 2.5 -3\n4  5\t6e-1\n"),
             ("a.pts", "2\n1 2.5 -3 120 0 0 0\n4 5 0.6 121 0 0 0\n"),
             ("a.csv", "x,y,z\n1,2.5,-3\n4,5,0.6\n"),
+            (
+                "a.csv",
+                "n,intensity,\"x_mm\",Y,z[mm]\n1,9,1,2.5,-3\n2,9,4,5,0.6\n",
+            ),
             ("a.TXT", "# scan\nX;Y;Z\n1;2,5;-3\n4;5;0,6\n"),
         ] {
             assert_eq!(
@@ -153,6 +193,20 @@ mod tests {
                 "{name}"
             );
         }
+    }
+
+    #[test]
+    fn a_mesh_gives_its_corners() {
+        let facet = "solid scan\nfacet normal 0 0 1\nouter loop\nvertex 1 2.5 -3\nvertex 4 5 0.6\nvertex 0 0 0\nendloop\nendfacet\nendsolid\n";
+        let cloud = read("a.stl", facet.as_bytes()).unwrap();
+        assert_eq!(cloud.points.len(), 3);
+        assert!((cloud.points[1] - DVec3::new(4.0, 5.0, 0.6)).length() < 1e-6);
+        assert!(
+            read("a.stl", b"solid")
+                .unwrap_err()
+                .to_string()
+                .contains("a.stl")
+        );
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::job::{JobError, PartUnit, Problems, text_of};
 table! {
     /// A scan of straight beads on a plate, and the settings that they were laid with.
     pub struct ScanFile {
-        /// The scan: a `.ply`, or lines of x, y, z (`.xyz`, `.asc`, `.pts`, `.txt`, `.csv`).
+        /// The scan: a `.ply`, the `.stl` of a mesh, or lines of x, y, z (`.xyz`, `.asc`, `.pts`, `.txt`, `.csv`).
         scan: String => required;
         /// The unit of its numbers.
         unit: PartUnit => default("mm", "what scanners write");
