@@ -28,7 +28,7 @@ use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_robot::driven::Driven;
 use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::pacing::Pacing;
-use meltpath_robot::posture::Change;
+use meltpath_robot::posture::{Change, NotHeld};
 use meltpath_robot::travel::LeastTime;
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
@@ -165,6 +165,8 @@ pub struct Chosen {
     pub over: Vec<Change>,
     /// Where beads are to be divided first; a way is not chosen then.
     pub divisions: Vec<Division>,
+    /// Where no way leads on, and why; a way is not chosen then.
+    pub not_held: Option<NotHeld>,
 }
 
 impl Programs {
@@ -182,6 +184,7 @@ impl Programs {
         commands.external = commands.external.or(chosen);
         commands.clearance = self.chosen.clearance;
         commands.over.clone_from(&self.chosen.over);
+        commands.not_held = self.chosen.not_held;
         Ok(commands)
     }
 }
@@ -318,6 +321,8 @@ pub struct Commands {
     pub clearance: Option<Clearance>,
     /// Travels on which the arm goes over to another way, as it was chosen.
     pub over: Vec<Change>,
+    /// Where no way leads on, as it was looked for, and why.
+    pub not_held: Option<NotHeld>,
     /// Beads that were divided, as no way of the arm holds them as a whole.
     pub divided: Vec<Division>,
     /// Travels that take longer than they are programmed, as an axis goes no faster: their speeds are set so.
@@ -446,6 +451,7 @@ pub fn commands(
         weaves: reading.toolpath.weaves,
         clearance: None,
         over: Vec::new(),
+        not_held: None,
         divided: Vec::new(),
         slowed: Vec::new(),
         joint_moves: Vec::new(),

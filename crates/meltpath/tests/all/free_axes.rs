@@ -238,3 +238,33 @@ fn a_table_turns_the_part_over_in_a_joint_move() {
         }
     }
 }
+
+/// Where no way is found it is told what the search came to, not where the arm ends while the axes stand at rest.
+#[test]
+fn what_free_axes_do_not_reach_is_told_of_where_they_serve_best() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = job(dir.path());
+    let text = std::fs::read_to_string(&file).unwrap();
+    // turned to the arm the place is 2.4 m nearer
+    let far = text.replace(
+        "[machine]",
+        "[machine]\nplace = [\"4500 mm\", \"0 mm\", \"0 mm\"]",
+    );
+    let beyond = |external: &str| {
+        let text = far.replace("external = \"free\"", &format!("external = \"{external}\""));
+        let file = write(dir.path(), "far.toml", text);
+        let done = run(&file, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+        let reach = check(&done.verdict, "reach").clone();
+        assert_eq!(reach.status, Status::Fail, "{reach:?}");
+        println!("{}", reach.reason);
+        reach.reason
+    };
+    let [free, standing] = ["free", "standing"].map(beyond);
+    assert!(free.contains("where they serve best"), "{free}");
+    assert!(!standing.contains("where they serve best"), "{standing}");
+    let by = |reason: &str| -> f64 {
+        let mut words = reason.split_whitespace();
+        words.find_map(|w| w.parse().ok()).unwrap()
+    };
+    assert!(by(&free) < by(&standing) - 1000.0, "{free}; {standing}");
+}

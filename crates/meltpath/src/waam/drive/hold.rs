@@ -125,9 +125,10 @@ fn choose(
     };
     let way = match found {
         Ok(way) => way,
-        Err(divisions) => {
+        Err(none) => {
             return Ok(Chosen {
-                divisions,
+                divisions: none.divisions,
+                not_held: none.not_held,
                 ..Chosen::default()
             });
         }
@@ -170,6 +171,7 @@ fn choose(
         over: way.over.changes.clone(),
         way: Some(way),
         divisions: Vec::new(),
+        not_held: None,
     })
 }
 

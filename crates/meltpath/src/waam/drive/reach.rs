@@ -12,6 +12,7 @@ use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
 
+use crate::job::waam::ExternalChoice;
 use crate::waam::drive::axes::{axis, guessed, shown};
 use crate::waam::drive::division;
 use crate::waam::drive::driven;
@@ -184,7 +185,9 @@ pub(in crate::waam) fn checks(
     };
     match along {
         Err(not) => {
-            let mut checks = vec![not_reached(not, moves, cell)];
+            // of a way that was looked for it is told where that ends, not where the positions that were written without one do
+            let not = moves.not_held.as_ref().unwrap_or(not);
+            let mut checks = vec![not_reached(not, moves, (settings, cell))];
             checks.extend(
                 not_checked("the robot does not hold the torch along the whole program")
                     .split_off(1),
@@ -368,8 +371,14 @@ fn config(along: &Along, cell: &Cell) -> Check {
 }
 
 /// Where and why a program cannot be held.
-fn not_reached(not: &NotHeld, moves: &Commands, cell: &Cell) -> Check {
+fn not_reached(not: &NotHeld, moves: &Commands, (settings, cell): (&Settings, &Cell)) -> Check {
     let (reason, remedy) = why(not);
+    let reason = match settings.external {
+        ExternalChoice::Free => {
+            format!("with track and positioner where they serve best: {reason}")
+        }
+        ExternalChoice::Standing => reason,
+    };
     let check = Check {
         status: Status::Fail,
         reason,

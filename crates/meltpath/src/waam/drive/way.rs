@@ -25,6 +25,15 @@ use crate::waam::settings::Settings;
 /// Room that the way keeps beyond what the verdict asks for, mm.
 const SPARE: f64 = 1.0;
 
+/// What is told where no way holds a program.
+#[derive(Default)]
+pub(super) struct NoWay {
+    /// Beads to divide first, if any.
+    pub(super) divisions: Vec<Division>,
+    /// Where the straight way ends, and why.
+    pub(super) not_held: Option<NotHeld>,
+}
+
 /// The way along programs. Where no single way holds them, travels are to become joint moves over which the arm goes to another one. Where that
 /// does not help it is told which beads to divide first, if any.
 pub(super) fn looked_for(
@@ -32,11 +41,10 @@ pub(super) fn looked_for(
     moves: &Commands,
     site: Site<'_>,
     observer: &dyn Observer,
-) -> Result<Result<ArmWay, Vec<Division>>, ProgramStageError> {
+) -> Result<Result<ArmWay, NoWay>, ProgramStageError> {
     let settings = site.settings;
-    let none = Vec::new();
     let Some(cell) = &settings.robot else {
-        return Ok(Err(none));
+        return Ok(Err(NoWay::default()));
     };
     let free_axes = settings.external == ExternalChoice::Free;
     // an arm without words for its way cannot be told to change it
@@ -69,10 +77,16 @@ pub(super) fn looked_for(
             return Ok(Ok(way));
         }
     }
-    if let Ok(cleared) = cleared {
-        let along = (moves.start, &moves.commands[..]);
-        return Ok(Ok(ArmWay::along(along, cleared, Over::default())));
-    }
+    let none = match cleared {
+        Ok(cleared) => {
+            let along = (moves.start, &moves.commands[..]);
+            return Ok(Ok(ArmWay::along(along, cleared, Over::default())));
+        }
+        Err(not) => NoWay {
+            divisions: Vec::new(),
+            not_held: Some(not),
+        },
+    };
     if !told {
         return Ok(Err(none));
     }
@@ -88,7 +102,7 @@ pub(super) fn looked_for(
         Err(_) => {
             let divisions = divide::divisions(&task, moves, settings, observer);
             observer.check()?;
-            Ok(Err(divisions))
+            Ok(Err(NoWay { divisions, ..none }))
         }
     }
 }
