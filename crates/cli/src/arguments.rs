@@ -177,6 +177,14 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// Calibrate the focus of an electron gun from walls that were built with it: the beam's diameter over the focus current.
+    Focus {
+        /// The walls: a TOML file.
+        walls: PathBuf,
+        /// Folder to write, new; default the next free `<walls>-focus/NNN` beside the file.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map.
     Measure {
         /// The file that names the scan and tells the settings of its beads.
@@ -189,7 +197,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun, focus.
+        /// Which file: job, tune, measurements, walls, scan, mapping, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun, focus.
         #[arg(value_parser = subject)]
         of: Subject,
     },

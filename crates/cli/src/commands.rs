@@ -9,7 +9,7 @@ use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{self, LeftOpen};
-use meltpath::{chain, compare, fit, health, identify, inspect, measure, reach, tune};
+use meltpath::{chain, compare, fit, focus, health, identify, inspect, measure, reach, tune};
 use meltpath_base::{Length, Observer, Reporter};
 use serde_json::json;
 
@@ -97,6 +97,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             out,
         } => compared(against, table.as_deref(), out.as_deref()),
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
+        Command::Focus { walls, out } => focused(walls, out.as_deref()),
         Command::Measure { file, out } => measured(file, out.as_deref()),
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
@@ -311,6 +312,19 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     show_timers(&progress);
     line("");
     for finding in meltpath::views::fit::lines(&found) {
+        line(&finding);
+    }
+    show_verdict(&found.verdict);
+    show_report(&found.folder);
+    Ok(verdict_code(&found.verdict))
+}
+
+fn focused(walls: &Path, out: Option<&Path>) -> Result<u8, Failure> {
+    let progress = Progress::new();
+    let runs = beside(walls, "-focus");
+    let found = focus::calibrate(walls, RunFolder::asked(out, &runs), &progress)?;
+    line("");
+    for finding in meltpath::views::focus::lines(&found) {
         line(&finding);
     }
     show_verdict(&found.verdict);

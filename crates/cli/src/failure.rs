@@ -8,6 +8,7 @@ use meltpath::chain::RunError;
 use meltpath::compare::CompareError;
 use meltpath::data::DataFileError;
 use meltpath::fit::FitCommandError;
+use meltpath::focus::FocusCommandError;
 use meltpath::health::HealthError;
 use meltpath::identify::IdentifyError;
 use meltpath::inspect::InspectError;
@@ -77,6 +78,7 @@ failures! {
     WaamError: Stop;
     CompareError: Stop;
     FitCommandError: Stop;
+    FocusCommandError: Stop;
     MeasureError: Stop;
     TuneError: Stop;
     InspectError: Cancelled Robot;

@@ -5,6 +5,7 @@
 pub mod demands;
 pub mod drive;
 pub mod focus;
+pub mod focus_walls;
 pub mod follow;
 pub mod machine;
 pub mod record;

@@ -6,6 +6,7 @@ pub mod compare;
 pub mod data;
 pub mod ebm;
 pub mod fit;
+pub mod focus;
 pub mod health;
 pub mod identify;
 mod inputs;

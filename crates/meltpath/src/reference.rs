@@ -18,6 +18,7 @@ use meltpath_thermal::material::file::MaterialFile;
 use crate::data::Cell;
 use crate::ebm::gun::focus::FocusFile;
 use crate::fit::measurements::MeasurementsFile;
+use crate::focus::WallsFile;
 use crate::job::{ProcessKind, table_of};
 use crate::measure::ScanFile;
 use crate::tune::file::TuneFile;
@@ -28,6 +29,7 @@ choice! {
         Job "job" => "A job of any process.",
         Tune "tune" => "A tuning of a scan head's axes.",
         Measurements "measurements" => "Measured bodies, to which a beam is fitted.",
+        Walls "walls" => "Walls that were built for a focus calibration.",
         Scan "scan" => "A scan of beads on a plate.",
         Mapping "mapping" => "The mapping of a record: which column is what.",
         Wire "wire" => "A wire.",
@@ -109,6 +111,7 @@ impl Subject {
             Subject::Job => return None,
             Subject::Tune => TuneFile::KIND,
             Subject::Measurements => MeasurementsFile::KIND,
+            Subject::Walls => WallsFile::KIND,
             Subject::Scan => ScanFile::KIND,
             Subject::Mapping => Mapping::KIND,
             Subject::Wire => Wire::KIND,
@@ -185,6 +188,7 @@ fn page() -> String {
             "The file of measurements",
             "`meltpath fit`",
         ),
+        (Subject::Walls, "The file of walls", "`meltpath focus`"),
         (Subject::Scan, "The file of a scan", "`meltpath measure`"),
         (
             Subject::Mapping,

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod ebm;
 pub mod fit;
+pub mod focus;
 pub(crate) mod health;
 pub(crate) mod lpbf;
 pub mod measure;

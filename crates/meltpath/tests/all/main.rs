@@ -13,6 +13,7 @@ mod dialects;
 mod divided_beads;
 mod ebm;
 mod fit;
+mod focus;
 mod foreign;
 mod foretold;
 mod free_axes;

@@ -1,0 +1,106 @@
+//! `meltpath focus`: the focus calibration of an electron gun from walls that were built with it.
+
+mod file;
+pub mod found;
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::{Check, Fact, Limit, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_gun::focus_walls::{FromWalls, WallsError, from_walls};
+
+use crate::cancel::{Stop, stops};
+use crate::outcome::RunFolder;
+use crate::views;
+
+pub use file::{Walls, WallsFile};
+pub use found::Found;
+
+/// Walls may scatter about their lines by so much of their thickness, %: the source's are 4 to 14 % off where it checks them.
+const SCATTER: f64 = 10.0;
+
+meltpath_base::passes_on! {
+    /// Why walls gave no calibration.
+    pub enum FocusCommandError {
+        /// What stops any command.
+        Stop(Stop),
+        /// The walls.
+        Walls(WallsError),
+    }
+}
+
+stops!(FocusCommandError);
+
+/// Finds the calibration of a file of walls and writes a folder.
+///
+/// # Errors
+/// [`FocusCommandError`]; nothing is written then.
+pub fn calibrate(
+    path: &Path,
+    home: RunFolder,
+    observer: &dyn Observer,
+) -> Result<Found, FocusCommandError> {
+    let reporter = Reporter::new();
+    let mut provenance = Provenance::new();
+    let walls = file::read(path)?;
+    crate::outcome::record_inputs(&mut provenance, &[path])?;
+    let calibrated = from_walls(&walls.all, walls.thickness.0)?;
+    provenance.model(
+        "focus calibration",
+        "two lines of least squares through the thickness of walls, which meet between two of them (Béraud 2016, section 3.2.2.1.3)",
+    );
+    provenance.model("thickness of walls", &walls.thickness.1);
+    let mut found = Found {
+        verdict: Verdict {
+            checks: vec![check(&walls, &calibrated)],
+            facts: facts(&walls, &calibrated),
+            warnings: reporter.warnings(),
+        },
+        walls,
+        calibrated,
+        folder: PathBuf::new(),
+    };
+    observer.stage("write results", 0);
+    observer.check()?;
+    let folder = home.create()?;
+    let report = views::focus::report(&path.display().to_string(), &found, &provenance);
+    crate::outcome::tell(&folder, &report)?;
+    views::focus::write_files(&folder, &found)?;
+    found.folder = folder.commit()?;
+    Ok(found)
+}
+
+fn check(walls: &Walls, found: &FromWalls) -> Check {
+    let sum: f64 = walls.all.iter().map(|w| w.thickness).sum();
+    let share = 100.0 * found.scatter * walls.all.len() as f64 / sum;
+    let title = "scatter of the walls about their lines, of their thickness";
+    let check = Check::judge(
+        "scatter",
+        title,
+        Measure::exact(share, "%"),
+        Limit::AtMost(SCATTER),
+    );
+    match check.status {
+        meltpath_base::Status::Pass => check,
+        _ => check.remedy("look at the walls farthest off in the report, measure them again, or build more of them"),
+    }
+}
+
+fn facts(walls: &Walls, found: &FromWalls) -> Vec<Fact> {
+    let slope = walls.thickness.0.slope;
+    let [piece, _] = found.pieces;
+    let spot = piece.intercept + piece.slope * found.sharpest;
+    vec![
+        Fact::new(
+            "sharpest",
+            "focus current of the smallest spot",
+            Measure::exact(1e3 * found.sharpest, "mA"),
+            "a beam that was calibrated well is sharpest at 0 mA",
+        ),
+        Fact::new(
+            "smallest-spot",
+            "diameter of the smallest spot",
+            Measure::new(1e3 * spot, 1e3 * found.scatter / slope, "µm"),
+            "",
+        ),
+    ]
+}

@@ -1,0 +1,94 @@
+//! `meltpath focus`: a calibration of walls that a job reads, and what is refused.
+
+use std::fmt::Write;
+
+use crate::support::{check, has_files, says, write};
+use meltpath::ebm::gun::focus::load;
+use meltpath::focus::calibrate;
+use meltpath::outcome::RunFolder::At;
+use meltpath_base::{Silent, Status};
+
+const BEAM: &str = "voltage = \"60 kV\"\ncurrent = \"5 mA\"\nspeed = \"1400 mm/s\"\n";
+
+/// Walls of another machine: sharpest at 2 mA with 250 µm, 20 and 30 µm/mA; thickness 0.5 of the diameter and 150 µm, grains of 120 µm.
+fn walls(scatter: f64) -> String {
+    let mut text = String::new();
+    for k in 0..11 {
+        let focus = f64::from(k) * 2.0 - 8.0;
+        let diameter = (250.0 + 20.0 * (2.0 - focus)).max(250.0 + 30.0 * (focus - 2.0));
+        let thickness =
+            150.0 + 0.5 * diameter + 180.0 + scatter * [1.0, -1.0, -1.0][k as usize % 3];
+        writeln!(
+            text,
+            "[[wall]]\nfocus = \"{focus} mA\"\nmeasured = \"{thickness} µm\""
+        )
+        .unwrap();
+    }
+    text
+}
+
+const LINE: &str =
+    "[thickness]\nintercept = \"150 µm\"\nslope = 0.5\nsource = \"walls cut and looked at\"\n";
+
+#[test]
+fn walls_of_ones_own_machine_calibrate_its_focus() {
+    let dir = tempfile::tempdir().unwrap();
+    let head = format!("name = \"ours, March\"\nlargest_grain = \"120 µm\"\n{BEAM}{LINE}");
+    let file = write(dir.path(), "walls.toml", head.clone() + &walls(0.0));
+    let out = dir.path().join("out");
+    let found = calibrate(&file, At(&out), &Silent).unwrap();
+    assert_eq!(check(&found.verdict, "scatter").status, Status::Pass);
+    has_files(
+        &out,
+        &[
+            "report.html",
+            "focus.toml",
+            "walls.csv",
+            "verdict.json",
+            "provenance.json",
+        ],
+    );
+    let (focus, told) = load("focus.toml", &out).unwrap();
+    says(&told, &["ours, March", "walls cut"]);
+    for (current, diameter) in [(-8e-3, 0.45), (0.0, 0.29), (2e-3, 0.25), (12e-3, 0.55)] {
+        assert!((focus.diameter(current).unwrap() - diameter).abs() < 1e-6);
+    }
+    assert!(focus.diameter(13e-3).is_err());
+    let file = write(dir.path(), "walls.toml", head + &walls(60.0));
+    let found = calibrate(&file, At(&dir.path().join("scattered")), &Silent).unwrap();
+    assert_eq!(check(&found.verdict, "scatter").status, Status::Fail);
+}
+
+#[test]
+fn walls_that_tell_nothing_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = |text: String| {
+        let file = write(dir.path(), "walls.toml", text);
+        let out = dir.path().join("out");
+        let error = calibrate(&file, At(&out), &Silent).unwrap_err();
+        assert!(!out.exists());
+        error.to_string()
+    };
+    let few: String = walls(0.0).split_inclusive('\n').take(12).collect();
+    says(
+        &told(format!("name = \"a\"\n{BEAM}{LINE}{few}")),
+        &["4 walls", "five"],
+    );
+    let slower = BEAM.replace("1400", "900");
+    says(
+        &told(format!("name = \"a\"\n{slower}{}", walls(0.0))),
+        &["[thickness]", "1400 mm/s"],
+    );
+    says(
+        &told(format!(
+            "name = \"a\"\nlargest_grain = \"400 µm\"\n{BEAM}{LINE}{}",
+            walls(0.0)
+        )),
+        &["stuck grains"],
+    );
+    let rising: String = walls(0.0).split_inclusive('\n').skip(18).collect();
+    says(
+        &told(format!("name = \"a\"\n{BEAM}{LINE}{rising}")),
+        &["both sides"],
+    );
+}
