@@ -10,7 +10,7 @@ use meltpath::start::{self, StartError};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{self, LeftOpen};
 use meltpath::{chain, compare, fit, focus, health, identify, inspect, measure, reach, tune};
-use meltpath_base::{Length, Observer, Reporter};
+use meltpath_base::{Length, Observer, Reporter, Verdict};
 use serde_json::json;
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
@@ -305,31 +305,32 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
     Ok(0)
 }
 
+/// Shows what a command found, and returns the exit code.
+fn show_found(findings: &[String], verdict: &Verdict, folder: &Path) -> u8 {
+    line("");
+    for finding in findings {
+        line(finding);
+    }
+    show_verdict(verdict);
+    show_report(folder);
+    verdict_code(verdict)
+}
+
 fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(measurements, "-fit");
     let found = fit::fit(measurements, RunFolder::asked(out, &runs), &progress)?;
     show_timers(&progress);
-    line("");
-    for finding in meltpath::views::fit::lines(&found) {
-        line(&finding);
-    }
-    show_verdict(&found.verdict);
-    show_report(&found.folder);
-    Ok(verdict_code(&found.verdict))
+    let findings = meltpath::views::fit::lines(&found);
+    Ok(show_found(&findings, &found.verdict, &found.folder))
 }
 
 fn focused(walls: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(walls, "-focus");
     let found = focus::calibrate(walls, RunFolder::asked(out, &runs), &progress)?;
-    line("");
-    for finding in meltpath::views::focus::lines(&found) {
-        line(&finding);
-    }
-    show_verdict(&found.verdict);
-    show_report(&found.folder);
-    Ok(verdict_code(&found.verdict))
+    let findings = meltpath::views::focus::lines(&found);
+    Ok(show_found(&findings, &found.verdict, &found.folder))
 }
 
 fn measured(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
@@ -337,13 +338,8 @@ fn measured(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let runs = beside(file, "-measured");
     let found = measure::measure(file, RunFolder::asked(out, &runs), &progress)?;
     show_timers(&progress);
-    line("");
-    for finding in meltpath::views::measure::lines(&found) {
-        line(&finding);
-    }
-    show_verdict(&found.verdict);
-    show_report(&found.folder);
-    Ok(verdict_code(&found.verdict))
+    let findings = meltpath::views::measure::lines(&found);
+    Ok(show_found(&findings, &found.verdict, &found.folder))
 }
 
 fn tested(arguments: &HealthArguments) -> Result<u8, Failure> {

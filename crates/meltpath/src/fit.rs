@@ -7,6 +7,7 @@ pub mod measurements;
 
 use std::path::{Path, PathBuf};
 
+use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError, sizes};
 use meltpath_thermal::calibration::fit::solve_radius;
@@ -95,11 +96,9 @@ pub fn fit(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = home.create()?;
     let report = views::fit::report(&file.display().to_string(), &found, &provenance);
-    crate::outcome::tell(&folder, &report)?;
-    views::fit::write_files(&folder, &found)?;
-    found.folder = folder.commit()?;
+    let files = |folder: &OutputFolder| views::fit::write_files(folder, &found);
+    found.folder = crate::outcome::leave(home, &report, files)?;
     Ok(found)
 }
 

@@ -5,7 +5,8 @@ pub mod found;
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Check, Fact, Limit, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_base::output::OutputFolder;
+use meltpath_base::{Check, Fact, Limit, Measure, Observer, Provenance, Reporter, Status, Verdict};
 use meltpath_gun::focus_walls::{FromWalls, WallsError, from_walls};
 
 use crate::cancel::{Stop, stops};
@@ -43,15 +44,15 @@ pub fn calibrate(
     let mut provenance = Provenance::new();
     let walls = file::read(path)?;
     crate::outcome::record_inputs(&mut provenance, &[path])?;
-    let calibrated = from_walls(&walls.all, walls.thickness.0)?;
+    let calibrated = from_walls(&walls.all, walls.line.thickness)?;
     provenance.model(
         "focus calibration",
         "two lines of least squares through the thickness of walls, which meet between two of them (Béraud 2016, section 3.2.2.1.3)",
     );
-    provenance.model("thickness of walls", &walls.thickness.1);
+    provenance.model("thickness of walls", &walls.line.source);
     let mut found = Found {
         verdict: Verdict {
-            checks: vec![check(&walls, &calibrated)],
+            checks: vec![scatter(&walls, &calibrated), known(&walls, &calibrated)],
             facts: facts(&walls, &calibrated),
             warnings: reporter.warnings(),
         },
@@ -61,32 +62,57 @@ pub fn calibrate(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = home.create()?;
     let report = views::focus::report(&path.display().to_string(), &found, &provenance);
-    crate::outcome::tell(&folder, &report)?;
-    views::focus::write_files(&folder, &found)?;
-    found.folder = folder.commit()?;
+    let files = |folder: &OutputFolder| views::focus::write_files(folder, &found);
+    found.folder = crate::outcome::leave(home, &report, files)?;
     Ok(found)
 }
 
-fn check(walls: &Walls, found: &FromWalls) -> Check {
+/// Whether walls lie on two lines.
+fn scatter(walls: &Walls, found: &FromWalls) -> Check {
     let sum: f64 = walls.all.iter().map(|w| w.thickness).sum();
     let share = 100.0 * found.scatter * walls.all.len() as f64 / sum;
     let title = "scatter of the walls about their lines, of their thickness";
-    let check = Check::judge(
-        "scatter",
-        title,
-        Measure::exact(share, "%"),
-        Limit::AtMost(SCATTER),
+    let value = Measure::exact(share, "%");
+    let check = Check::judge("scatter", title, value, Limit::AtMost(SCATTER));
+    check.remedy(
+        "look at the walls farthest off in the report, measure them again, or build more of them",
+    )
+}
+
+/// Whether the line of thickness over diameter is known for all diameters that are told by it.
+fn known(walls: &Walls, found: &FromWalls) -> Check {
+    let [least, greatest] = walls.line.diameters;
+    let ends = found
+        .pieces
+        .iter()
+        .flat_map(|p| p.range.map(|focus| p.intercept + p.slope * focus));
+    let beyond = ends
+        .map(|d| (d - greatest).max(least - d))
+        .fold(0.0, f64::max);
+    let title = "diameters beyond those for which the thickness of walls is known";
+    let value = Measure::exact(1e3 * beyond, "µm");
+    let check = Check::judge("thickness-known", title, value, Limit::AtMost(0.0));
+    let check = match check.status {
+        Status::Pass => check,
+        _ => Check {
+            status: Status::CannotSay,
+            ..check
+        },
+    };
+    let reason = format!(
+        "{}: for {:.0} to {:.0} µm",
+        walls.line.source,
+        1e3 * least,
+        1e3 * greatest
     );
-    match check.status {
-        meltpath_base::Status::Pass => check,
-        _ => check.remedy("look at the walls farthest off in the report, measure them again, or build more of them"),
-    }
+    check.because(&reason).remedy(
+        "write [thickness] with a line that was found for such walls: cut some, or simulate them",
+    )
 }
 
 fn facts(walls: &Walls, found: &FromWalls) -> Vec<Fact> {
-    let slope = walls.thickness.0.slope;
+    let slope = walls.line.thickness.slope;
     let [piece, _] = found.pieces;
     let spot = piece.intercept + piece.slope * found.sharpest;
     vec![

@@ -7,6 +7,7 @@ pub mod map;
 
 use std::path::{Path, PathBuf};
 
+use meltpath_base::output::OutputFolder;
 use meltpath_base::{Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::math::DVec3;
 use meltpath_perception::beads::{Bead, Look, Section, beads};
@@ -106,7 +107,7 @@ pub fn measure(
     );
     provenance.model(
         "sections",
-        "a parabola of least squares across the bead, areas by sums of rectangles (thesis on wire-arc deposition, § 2.2.2)",
+        "a parabola of least squares across the bead, areas by sums of trapezia between means of the points (after the thesis on wire-arc deposition, § 2.2.2)",
     );
     let mut all = Found {
         verdict: Verdict {
@@ -123,11 +124,9 @@ pub fn measure(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = home.create()?;
     let report = views::measure::report(&path.display().to_string(), &all, &provenance);
-    crate::outcome::tell(&folder, &report)?;
-    views::measure::write_files(&folder, &all)?;
-    all.folder = folder.commit()?;
+    let files = |folder: &OutputFolder| views::measure::write_files(folder, &all);
+    all.folder = crate::outcome::leave(home, &report, files)?;
     Ok(all)
 }
 

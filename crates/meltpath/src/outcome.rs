@@ -55,6 +55,18 @@ pub(crate) fn tell(folder: &OutputFolder, report: &Report) -> Result<(), OutputE
     json(folder, "provenance.json", &provenance)
 }
 
+/// Writes a command's folder: what every run tells, and what else `files` writes.
+pub(crate) fn leave(
+    home: RunFolder,
+    report: &Report,
+    files: impl FnOnce(&OutputFolder) -> Result<(), OutputError>,
+) -> Result<PathBuf, OutputError> {
+    let folder = home.create()?;
+    tell(&folder, report)?;
+    files(&folder)?;
+    folder.commit()
+}
+
 /// Where a command leaves what it makes.
 #[derive(Debug, Clone, Copy)]
 pub enum RunFolder<'a> {

@@ -9,14 +9,21 @@ use meltpath_gun::focus_walls::{Thickness, Wall};
 
 use crate::job::{JobError, Problems, text_of};
 
-/// The beam of the source's walls: voltage, V, current, A, speed, mm/s; and their thickness over the beam's diameter.
-const SOURCE: ([f64; 3], Thickness) = (
-    [60e3, 5e-3, 1400.0],
-    Thickness {
-        intercept: 0.12,
-        slope: 0.6,
-    },
-);
+/// The beam of the source's walls: voltage, V, current, A, speed, mm/s.
+const SOURCE: [f64; 3] = [60e3, 5e-3, 1400.0];
+
+/// The source's line (Béraud 2016, eq. 3.2.5), from 0.3 mm on. Simulated walls follow it to some 0.4 mm: a wider beam no longer melts its
+/// rim (erratum E18).
+fn of_source() -> Line {
+    Line {
+        thickness: Thickness {
+            intercept: 0.12,
+            slope: 0.6,
+        },
+        diameters: [0.3, 0.4],
+        source: "Béraud 2016, eq. 3.2.5".to_owned(),
+    }
+}
 
 table! {
     /// Walls of one line a layer, each with another current of the focus coil.
@@ -43,6 +50,8 @@ table! {
         intercept: Length where not_negative => required;
         /// Change with the diameter, a number.
         slope: f64 where positive => required;
+        /// Least and greatest diameter for which that was found.
+        diameters: [Length; 2] where positive => required;
         /// Who says so.
         source: String => required;
     }
@@ -56,6 +65,17 @@ table! {
     }
 }
 
+/// How thick walls become, and how far that is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Thickness over the beam's diameter.
+    pub thickness: Thickness,
+    /// Least and greatest diameter for which that was found, mm.
+    pub diameters: [f64; 2],
+    /// Who says so.
+    pub source: String,
+}
+
 /// The file, resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Walls {
@@ -63,8 +83,8 @@ pub struct Walls {
     pub name: String,
     /// What stuck grains add, mm.
     pub grains: f64,
-    /// How thick walls become, and who says so.
-    pub thickness: (Thickness, String),
+    /// How thick walls become.
+    pub line: Line,
     /// The walls without stuck grains.
     pub all: Vec<Wall>,
 }
@@ -99,33 +119,34 @@ fn resolve(file: &WallsFile) -> Result<Walls, Problems> {
         });
     }
     let beam = [file.voltage.0, file.current.0, file.speed.0];
-    let thickness = match &*file.thickness {
-        Some(told) => {
-            let line = Thickness {
+    let line = match &*file.thickness {
+        Some(told) => Some(Line {
+            thickness: Thickness {
                 intercept: told.intercept.0,
                 slope: *told.slope,
-            };
-            Some((line, told.source.value.clone()))
-        }
+            },
+            diameters: told.diameters.map(|d| d.0),
+            source: told.source.value.clone(),
+        }),
         None if beam
             .iter()
-            .zip(SOURCE.0)
+            .zip(SOURCE)
             .all(|(a, b)| (a / b - 1.0).abs() < 1e-6) =>
         {
-            Some((SOURCE.1, "Béraud 2016, eq. 3.2.5".to_owned()))
+            Some(of_source())
         }
         None => {
             let message = "how thick walls of this beam become is not known: the source's line is for 60 kV, 5 mA and 1400 mm/s";
-            let help = "build the walls with that beam, or write [thickness] with intercept, slope and source";
+            let help = "build the walls with that beam, or write [thickness] with intercept, slope, diameters and source";
             problems.push(file.thickness.problem(message).help(help));
             None
         }
     };
-    match thickness {
-        Some(thickness) if problems.is_empty() => Ok(Walls {
+    match line {
+        Some(line) if problems.is_empty() => Ok(Walls {
             name: file.name.value.clone(),
             grains,
-            thickness,
+            line,
             all,
         }),
         _ => Err(problems.into()),

@@ -1,6 +1,7 @@
 //! What can be said of measured beads.
 
-use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter};
+use meltpath_deposition::consumable::Wire;
 use meltpath_perception::cloud::Cloud;
 use meltpath_perception::plate::Plate;
 
@@ -10,7 +11,6 @@ use super::found::Measured;
 /// Where two thirds of width times height are so much of the area off, or points of the height off the parabola, the section is none.
 /// Beads of the source are within 1.2 %.
 const FORM: f64 = 0.05;
-
 /// Width along a bead may scatter by so much, %: a bead that does more has no width.
 const STEADY: f64 = 10.0;
 /// Points may be so much of the height off the parabola, %: two beads side by side are 18 % off.
@@ -77,15 +77,6 @@ fn at(check: Check, (k, bead): (usize, &Measured)) -> Check {
     }
 }
 
-/// What passes needs no remedy.
-fn remedied(check: Check, remedy: &str) -> Check {
-    if check.status == Status::Pass {
-        check
-    } else {
-        check.remedy(remedy)
-    }
-}
-
 /// The checks.
 pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
     let scatter = |b: &Measured| 100.0 * b.width[1] / b.width[0];
@@ -95,7 +86,7 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         let title = "scatter of the width along a bead";
         let check = Check::judge("steady", title, value, Limit::AtMost(STEADY));
         let remedy = "lay the bead again, or measure a stretch where it is steady";
-        checks.push(at(remedied(check, remedy), one));
+        checks.push(at(check.remedy(remedy), one));
     }
     let off = |b: &Measured| 100.0 * b.off();
     if let Some(one) = worst(beads, off) {
@@ -103,11 +94,9 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         let title = "points off the parabola, of the bead's height";
         let check = Check::judge("form", title, value, Limit::AtMost(ROUND));
         let remedy = "look at its section in the report: two beads that touch count as one, and width and height of what is no parabola say little";
-        checks.push(at(remedied(check, remedy), one));
+        checks.push(at(check.remedy(remedy), one));
     }
-    let diameter = |w: &meltpath_deposition::consumable::Wire| {
-        2.0 * w.diameter.uncertainty.unwrap_or(0.0) / w.diameter.0
-    };
+    let diameter = |w: &Wire| 2.0 * w.diameter.uncertainty.unwrap_or(0.0) / w.diameter.0;
     let sigma = scan.wire.as_ref().map_or(0.0, diameter);
     let kept = |b: &Measured| b.kept(sigma).map(|k| k.map(|v| 100.0 * v));
     let measured = scan
@@ -144,7 +133,7 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
                 } else {
                     "look at the unit and the order of the beads and at the wire's diameter; tell the feed that was measured (measured_feed), which may be a quarter off"
                 };
-                at(remedied(check, remedy), one)
+                at(check.remedy(remedy), one)
             }
         });
     }

@@ -118,14 +118,14 @@ pub fn lines(found: &Found) -> Vec<String> {
 /// The calibration as a file that jobs read.
 fn calibration(found: &Found) -> String {
     let word = |text: &str| Value::String(text.to_owned()).to_string();
-    let slope = found.walls.thickness.0.slope;
+    let slope = found.walls.line.thickness.slope;
     let mut text = format!(
         "# Written by `meltpath focus` from {} walls.\nschema = 1\nname = {}\nsource = {}\nuncertainty = {}\n",
         found.walls.all.len(),
         word(&found.walls.name),
         word(&format!(
             "walls, by meltpath focus; their thickness by {}",
-            found.walls.thickness.1
+            found.walls.line.source
         )),
         word(&format!(
             "walls scatter by {:.1} µm, diameters so by {:.1} µm",

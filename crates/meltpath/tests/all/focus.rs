@@ -27,8 +27,7 @@ fn walls(scatter: f64) -> String {
     text
 }
 
-const LINE: &str =
-    "[thickness]\nintercept = \"150 µm\"\nslope = 0.5\nsource = \"walls cut and looked at\"\n";
+const LINE: &str = "[thickness]\nintercept = \"150 µm\"\nslope = 0.5\ndiameters = [\"200 µm\", \"600 µm\"]\nsource = \"walls cut and looked at\"\n";
 
 #[test]
 fn walls_of_ones_own_machine_calibrate_its_focus() {
@@ -37,7 +36,9 @@ fn walls_of_ones_own_machine_calibrate_its_focus() {
     let file = write(dir.path(), "walls.toml", head.clone() + &walls(0.0));
     let out = dir.path().join("out");
     let found = calibrate(&file, At(&out), &Silent).unwrap();
-    assert_eq!(check(&found.verdict, "scatter").status, Status::Pass);
+    for id in ["scatter", "thickness-known"] {
+        assert_eq!(check(&found.verdict, id).status, Status::Pass);
+    }
     has_files(
         &out,
         &[
@@ -57,6 +58,34 @@ fn walls_of_ones_own_machine_calibrate_its_focus() {
     let file = write(dir.path(), "walls.toml", head + &walls(60.0));
     let found = calibrate(&file, At(&dir.path().join("scattered")), &Silent).unwrap();
     assert_eq!(check(&found.verdict, "scatter").status, Status::Fail);
+}
+
+/// Walls follow the line of the source to some 0.4 mm of diameter: beyond, nothing passes by it.
+#[test]
+fn the_line_of_the_source_is_not_trusted_beyond_what_follows_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let wide = |most: f64| {
+        let mut text = format!("name = \"a\"\n{BEAM}");
+        for k in 0..9 {
+            let focus = f64::from(k) - 4.0;
+            let diameter = 310.0 + (most - 310.0) / 4.0 * focus.abs();
+            let thickness = 120.0 + 0.6 * diameter;
+            writeln!(
+                text,
+                "[[wall]]\nfocus = \"{focus} mA\"\nmeasured = \"{thickness} µm\""
+            )
+            .unwrap();
+        }
+        let file = write(dir.path(), "walls.toml", text);
+        let out = dir.path().join(format!("out-{most}"));
+        let verdict = calibrate(&file, At(&out), &Silent).unwrap().verdict;
+        check(&verdict, "thickness-known").clone()
+    };
+    assert_eq!(wide(395.0).status, Status::Pass);
+    let beyond = wide(450.0);
+    assert_eq!(beyond.status, Status::CannotSay);
+    assert!((beyond.value.unwrap().value - 50.0).abs() < 1e-6);
+    says(&beyond.reason, &["Béraud 2016", "400 µm"]);
 }
 
 #[test]

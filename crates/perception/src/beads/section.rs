@@ -29,7 +29,7 @@ pub struct Section {
     pub width: f64,
     /// The parabola's, mm.
     pub height: f64,
-    /// Sum of rectangles under the points, mm²: of any form.
+    /// Under the points, mm²: of any form.
     pub area: f64,
     /// Root mean square distance of its points from the parabola, mm.
     pub off: f64,
@@ -145,7 +145,7 @@ fn parabola(points: &[DVec2]) -> Option<[f64; 3]> {
     found
 }
 
-/// The area under points, from foot to foot: rectangles between the means of what lies in even steps across, each at its own mean place, so
+/// The area under points, from foot to foot: trapezia between the means of what lies in even steps across, each at its own mean place, so
 /// that rows of a scanner do not beat with the steps.
 fn area(points: &[DVec2], centre: f64, width: f64) -> f64 {
     let count = (width / STEP).ceil().max(1.0);
@@ -180,7 +180,7 @@ mod tests {
         (0..count).map(|k| DVec2::new(y(k), z(y(k)))).collect()
     }
 
-    /// waam AC-36: the sum of rectangles and 2HL/3 agree within 2 % on a parabola of 100 points or more.
+    /// waam AC-36: the area and 2HL/3 agree within 2 % on a parabola of 100 points or more. The source sums rectangles; these are trapezia.
     #[test]
     fn waam_ac36_area_by_rectangles_and_by_width_and_height() {
         for (wide, high) in [(7.0, 2.0), (4.0, 3.0), (12.0, 1.5)] {

@@ -373,11 +373,11 @@ fn config(along: &Along, cell: &Cell) -> Check {
 /// Where and why a program cannot be held.
 fn not_reached(not: &NotHeld, moves: &Commands, (settings, cell): (&Settings, &Cell)) -> Check {
     let (reason, remedy) = why(not);
-    let reason = match settings.external {
-        ExternalChoice::Free => {
-            format!("with track and positioner where they serve best: {reason}")
-        }
-        ExternalChoice::Standing => reason,
+    let searched = settings.external == ExternalChoice::Free && moves.not_held.is_some();
+    let reason = if searched {
+        format!("with track and positioner where they serve best: {reason}")
+    } else {
+        reason
     };
     let check = Check {
         status: Status::Fail,
