@@ -5,6 +5,7 @@
 
 pub mod assembly;
 pub mod bead;
+pub mod capillary;
 pub mod consumable;
 pub mod deposit;
 pub mod energy;

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Observer, Provenance, Reporter, Verdict};
+use meltpath_deposition::capillary::Capillary;
 use meltpath_geometry::math::DVec3;
 use meltpath_perception::beads::{Bead, Look, Section, beads};
 use meltpath_perception::cloud::{Cloud, CloudError};
@@ -109,6 +110,10 @@ pub fn measure(
         "sections",
         "a parabola of least squares across the bead, areas by sums of trapezia between means of the points (after the thesis on wire-arc deposition, § 2.2.2)",
     );
+    provenance.model(
+        "contact angles",
+        "the section of liquid at rest of each bead's width and height (Rouchon 2022, section 2.1.3)",
+    );
     let mut all = Found {
         verdict: Verdict {
             checks,
@@ -189,9 +194,12 @@ fn found(
     let measured = |(k, bead): (usize, Bead)| {
         let setting = scan.beads.get(k).copied();
         let fed = |s: &Setting| Some(scan.wire.as_ref()?.section() * s.feed() / s.travel_speed);
+        let [width, height] =
+            [|s: &Section| s.width, |s: &Section| s.height].map(|of| mean(&bead.sections, of));
         Measured {
-            width: mean(&bead.sections, |s| s.width),
-            height: mean(&bead.sections, |s| s.height),
+            width,
+            height,
+            at_rest: Capillary::of_size(scan.capillary_length, width[0], height[0]),
             area: mean(&bead.sections, |s| s.area),
             fed: setting.as_ref().and_then(fed),
             setting,

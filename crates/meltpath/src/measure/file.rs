@@ -27,6 +27,8 @@ table! {
         gas: String => none("no process map is written");
         /// The transfer mode, for the process map.
         mode: String => none("no process map is written");
+        /// Capillary length of the molten metal, √(γ/ρg), of which contact angles are computed.
+        capillary_length: Length where within(1.0, 20.0) => default("5.07 mm", "steel, 1.8 N/m and 7150 kg/m³ (Rouchon 2022, section 2.1.3)");
         /// The beads in the order in which they lie: across them from low to high x or y, those in one line along it.
         beads as "bead": Vec<ScanBead> => default([], "sizes alone are told");
     }
@@ -71,6 +73,8 @@ pub struct Scan {
     pub near: f64,
     /// Distance between sections, mm.
     pub every: f64,
+    /// Capillary length of the molten metal, mm.
+    pub capillary_length: f64,
     /// The wire.
     pub wire: Option<Wire>,
     /// Gas and mode.
@@ -124,6 +128,7 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
         unit: file.unit.millimetres(),
         near: file.near.0,
         every: file.every.0,
+        capillary_length: file.capillary_length.0,
         wire,
         process: match (&*file.gas, &*file.mode) {
             (Some(gas), Some(mode)) => Some([gas.clone(), mode.clone()]),

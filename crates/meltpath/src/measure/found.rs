@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use meltpath_base::Verdict;
+use meltpath_deposition::capillary::Capillary;
 use meltpath_perception::beads::Bead;
 use meltpath_perception::plate::Plate;
 
@@ -22,6 +23,8 @@ pub struct Measured {
     pub height: Mean,
     /// Area over its sections, mm².
     pub area: Mean,
+    /// The section of its width and height that liquid at rest has; none where none is so high and narrow.
+    pub at_rest: Option<Capillary>,
     /// The settings that it was laid with.
     pub setting: Option<Setting>,
     /// The wire that was fed for it over its way, mm².

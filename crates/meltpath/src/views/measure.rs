@@ -31,11 +31,18 @@ fn sizes(found: &Found) -> Table {
                 ("area (mm²)", Cell::Fixed(b.area[0], 2)),
                 ("± along it", Cell::Fixed(b.area[1], 2)),
                 ("form (%)", Cell::Fixed(100.0 * b.form(), 1)),
+                ("contact angle (°)", Cell::Fixed(contact(b), 0)),
                 ("of the wire fed (%)", Cell::Fixed(kept, 1)),
             ]
         }),
     )
-    .noted("Width and height are those of the parabola of least squares, over the middle 60 % of each bead. The area is measured without a form; form is how far two thirds of width times height are from it.")
+    .noted("Width and height are those of the parabola of least squares, over the middle 60 % of each bead. The area is measured without a form; form is how far two thirds of width times height are from it. The contact angle is that of liquid at rest of the bead's width and height.")
+}
+
+/// The contact angle of liquid at rest, degrees.
+fn contact(bead: &Measured) -> f64 {
+    bead.at_rest
+        .map_or(f64::NAN, |section| section.contact.to_degrees())
 }
 
 /// The section nearest the middle of a bead.
@@ -58,7 +65,15 @@ fn section(number: usize, bead: &Measured) -> Option<Plot> {
         ["height", "mm"],
     );
     let plot = plot.dots("scan", points);
-    Some(plot.line("parabola", (-20..=20).map(parabola).collect()))
+    let plot = plot.line("parabola", (-20..=20).map(parabola).collect());
+    let at_rest = bead.at_rest.map(|section| section.points(41));
+    Some(match at_rest {
+        Some(points) => plot.line(
+            "liquid at rest",
+            points.into_iter().map(DVec2::from_array).collect(),
+        ),
+        None => plot,
+    })
 }
 
 fn plan(found: &Found) -> Plot {
@@ -131,17 +146,17 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
     folder.write("beads.csv", |w| {
         writeln!(
             w,
-            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,wire_feed_mm_s,travel_speed_mm_s,fed_mm2"
+            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,contact_angle_deg,wire_feed_mm_s,travel_speed_mm_s,fed_mm2"
         )?;
         for (k, b) in found.beads.iter().enumerate() {
             let m = b.bead.middle;
             let setting = b.setting.map_or([f64::NAN; 2], |s| [s.feed(), s.travel_speed]);
             writeln!(
                 w,
-                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                 k + 1, m.x, m.y, m.z, b.bead.length, b.bead.sections.len(),
                 b.width[0], b.width[1], b.height[0], b.height[1], b.area[0], b.area[1],
-                setting[0], setting[1], b.fed.unwrap_or(f64::NAN)
+                contact(b), setting[0], setting[1], b.fed.unwrap_or(f64::NAN)
             )?;
         }
         Ok(())

@@ -40,7 +40,7 @@ fn written(folder: &Path, lines: &[&str], places: &[[f64; 2]]) -> PathBuf {
 }
 
 /// A program of `lines` between poses: X, Y, Z, mm, and W, P, R, degrees.
-fn posed(folder: &Path, lines: &[&str], places: &[[f64; 6]]) -> PathBuf {
+pub(crate) fn posed(folder: &Path, lines: &[&str], places: &[[f64; 6]]) -> PathBuf {
     let mut text = "/PROG WALL\n/MN\n".to_owned();
     for (n, line) in lines.iter().enumerate() {
         writeln!(text, "{:4}:{line} ;", n + 1).unwrap();
@@ -55,7 +55,7 @@ fn posed(folder: &Path, lines: &[&str], places: &[[f64; 6]]) -> PathBuf {
 }
 
 /// A job for it, with a cell that knows schedule 7.
-fn job(folder: &Path) -> PathBuf {
+pub(crate) fn job(folder: &Path) -> PathBuf {
     let shipped = meltpath_data::cells::ARCMATE_120IC.text;
     let cell = format!(
         "{shipped}\n[[program.schedule]]\nnumber = 7\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n"

@@ -8,6 +8,7 @@
 
 mod along_track;
 mod by_joints;
+mod changing_speed;
 mod compare;
 mod dialects;
 mod divided_beads;
