@@ -11,8 +11,8 @@ use crate::machine::{Between, Machine};
 
 /// Greatest distance between the curve that is drawn and the straight pieces in its place, mm.
 const TOLERANCE: f64 = 1e-3;
-/// Share of what is asked that the current must have reached where a stretch ends.
-const REACHED: f64 = 0.95;
+/// Share of what is asked that the current may be off, above or below, where a stretch ends.
+const REACHED: f64 = 0.05;
 /// Lags after which the place of the beam says nothing any more of where it was asked to be.
 const MEMORY: f64 = 12.0;
 
@@ -84,7 +84,7 @@ pub struct Followed {
     pub beside: (f64, [f64; 2]),
     /// Greatest distance of the lit beam from where it was asked to be at that time, mm.
     pub behind: f64,
-    /// Stretches at whose end the current is still far below what is asked, and where the first of them ends.
+    /// Stretches at whose end the current is still far from what is asked, below or above, and where the first of them ends.
     pub unreached: (usize, Option<[f64; 2]>),
     /// Time that jumps take beyond what was asked, s.
     pub waited: f64,
@@ -351,7 +351,8 @@ impl<'a> Pen<'a> {
         let goes_on = asked
             .get(n + 1)
             .is_some_and(|s| s.is_lit() && s.power == stretch.power);
-        if stretch.is_lit() && !goes_on && self.power < REACHED * stretch.power {
+        let off = (self.power - stretch.power).abs();
+        if stretch.is_lit() && !goes_on && off > REACHED * stretch.power {
             self.unreached.0 += 1;
             self.unreached.1.get_or_insert(stretch.to.to_array());
         }

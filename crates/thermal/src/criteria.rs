@@ -107,6 +107,14 @@ impl Tally {
         tally
     }
 
+    /// With so many more voxels that stay powder.
+    #[must_use]
+    pub fn with_powder(mut self, voxels: usize) -> Self {
+        self.voxels += voxels;
+        self.counts[Class::Unmelted as usize] += voxels;
+        self
+    }
+
     /// Voxels that melted.
     pub fn molten(&self) -> usize {
         self.counts[1..].iter().sum()

@@ -197,6 +197,25 @@ fn the_current_climbs() {
     assert_eq!(drawn.unreached, (2, Some([2.0, 0.0])));
 }
 
+/// A supply that is too slow to come down draws too much, which is no better than too little.
+#[test]
+fn a_current_that_stays_too_high_is_told_too() {
+    let gun = |slew: &str| {
+        gun(&format!(
+            "[current]\nslew = {{ value = \"{slew}\", source = \"log\" }}\nbetween = \"blanked\""
+        ))
+    };
+    // 5 and 1 mA in one go, 2 ms each
+    let line = motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [2e-3, 2.0, 0.0, 300.0],
+        [4e-3, 4.0, 0.0, 60.0],
+    ]);
+    let unreached = |slew: &str| follow(&line, &gun(slew), 60e3).unreached;
+    assert_eq!(unreached("10 mA/ms").0, 0);
+    assert_eq!(unreached("1 mA/ms"), (1, Some([4.0, 0.0])));
+}
+
 /// The spot is as wide as the gun's file says for the power.
 #[test]
 fn spots_widen_with_the_power() {

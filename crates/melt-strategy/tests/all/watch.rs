@@ -83,3 +83,20 @@ fn a_path_along_y_is_seen_where_it_lies() {
         }
     }
 }
+
+/// Between the centres of two cells lies what is between their temperatures, however coarse the cells have become behind the beam.
+#[test]
+fn temperatures_in_time_are_straight_between_cells() {
+    let first = drawn(&LINES, Vec::new()).highest.grid.centre(15, 6, 0);
+    let at = |x: f64| [first.x + x, first.y, 0.0];
+    let watched = drawn(&LINES, vec![at(0.0), at(0.05), at(0.1)]).watched;
+    let mut steep = 0;
+    for now in watched.samples.as_chunks::<3>().0 {
+        let [before, between, after] = now.map(|s| s.value);
+        let apart = (after - before).abs();
+        let off = (between - 0.5 * (before + after)).abs();
+        assert!(off < 0.1 * apart + 1.0, "{now:?}");
+        steep += usize::from(apart > 100.0);
+    }
+    assert!(steep > 10, "{steep}");
+}

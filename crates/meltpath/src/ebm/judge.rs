@@ -1,6 +1,7 @@
 //! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
 pub(crate) mod advice;
+mod beyond;
 pub mod ends;
 pub(crate) mod under;
 pub(crate) mod verdict;
@@ -20,6 +21,7 @@ use meltpath_thermal::solver::watch::{Watch, Watched};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::settings::Judge;
+use crate::ebm::judge::beyond::{area_beyond, cells_beyond};
 use crate::ebm::judge::ends::{Ends, ends};
 use crate::ebm::judge::under::{body, domain, ground};
 use crate::ebm::plan::region::Contour;
@@ -80,6 +82,8 @@ pub struct JudgedPath {
     pub ends: Ends,
     /// Area of whatever melts, mm².
     pub molten: f64,
+    /// Share of the section so far beside the path that it is not looked at: powder.
+    pub undrawn: f64,
     /// The same voxels on the charts, in the charts' window.
     pub on_charts: Option<Tally>,
 }
@@ -164,7 +168,8 @@ pub(super) fn centre(
     Ok(tally.mean)
 }
 
-/// Voxels of the top plane of `highest` well inside the contour and the part.
+/// Voxels of the top plane of `highest` well inside the contour and the part. What of these lies beyond the field, which ends where no
+/// heat of the path melts, stays powder.
 pub(super) fn tally(
     highest: &Field,
     classes: &Classes,
@@ -183,7 +188,12 @@ pub(super) fn tally(
                 && part.is_none_or(|(part, beyond)| part.depth(point) > (inside - beyond).max(0.0))
         })
         .collect();
-    Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+    let part = part.map(|(part, beyond)| part.grown(-(inside - beyond).max(0.0)));
+    let far = cells_beyond(
+        grid,
+        area_beyond(grid, contour, inside, part.as_ref(), None),
+    );
+    Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i]).with_powder(far)
 }
 
 /// Area of the top plane that melts, inside the contour or not, mm².
@@ -193,6 +203,15 @@ fn molten_area(highest: &Field, melting: f64) -> f64 {
     let top = grid.planes() - 1;
     let cells = (0..nx * ny).filter(|n| highest.at(n % nx, n / nx, top) >= melting);
     cells.count() as f64 * grid.edge[0] * grid.edge[1]
+}
+
+/// Whether metal melts up to where the field ends: more may melt beyond.
+pub(crate) fn melts_at_the_edge(highest: &Field, melting: f64) -> bool {
+    let [nx, ny] = highest.grid.cells;
+    let top = highest.grid.planes() - 1;
+    let molten = |i: usize, j: usize| highest.at(i, j, top) >= melting;
+    (0..nx).any(|i| molten(i, 0) || molten(i, ny - 1))
+        || (0..ny).any(|j| molten(0, j) || molten(nx - 1, j))
 }
 
 /// Centres of cells that lie just as far as the rim are not beyond it, wherever the part lies, mm.
@@ -333,7 +352,11 @@ impl Court<'_> {
         let melting = self.plan.settings.material.liquidus;
         let grid = &foot.grid;
         let top = grid.planes() - 1;
-        let (mut cells, mut solid) = (0_u32, 0_u32);
+        let part = self.judging.part.as_ref();
+        let below = self.plan.lower.is_empty().then_some(&self.plan.below);
+        let far = area_beyond(grid, &self.plan.contour, 0.0, part, below);
+        let far = cells_beyond(grid, far) as u32;
+        let (mut cells, mut solid) = (far, far);
         for j in 0..grid.cells[1] {
             for i in 0..grid.cells[0] {
                 let c = grid.centre(i, j, top);
@@ -437,6 +460,11 @@ impl Court<'_> {
                 &first.surface,
                 |field, classes| self.tally(field, classes),
             ),
+            undrawn: {
+                let (grid, contour) = (&first.highest.grid, &self.plan.contour);
+                let part = self.judging.part.as_ref();
+                area_beyond(grid, contour, 0.0, part, None) / contour.region().area()
+            },
             molten: molten_area(&first.highest, self.plan.settings.material.liquidus),
             highest: first.highest,
             foot: first.foot,

@@ -45,7 +45,9 @@ pub(crate) fn positions(wishes: &[Wish], settings: &FillSettings) -> Vec<f64> {
         // an inset loses up to the tolerance on either side: that must not cost a line
         let n = ((room + 2.0 * settings.tolerance) / d).floor();
         let start = 0.5 * (first.at + last.at - n * d);
-        return (0..=n as usize).map(|i| start + i as f64 * d).collect();
+        // nor may it lay the outer ones on the edge of where lines may lie, where they are cut off
+        let at = |i: usize| (start + i as f64 * d).clamp(first.at, last.at);
+        return (0..=n as usize).map(at).collect();
     }
     // cheapest way from the first wish to the last over any of those between
     let n = wishes.len();
@@ -179,6 +181,24 @@ mod tests {
             assert_eq!(lines.len(), 6);
             assert!(lines.windows(2).all(|p| (p[1] - p[0] - 4.62).abs() < 1e-9));
         }
+    }
+
+    /// A side of a whole number of spacings has that many lines, half a spacing inside at both ends: the inset's rounding takes none.
+    #[test]
+    fn exact_lines_stay_where_lines_may_lie() {
+        let exact = FillSettings {
+            tolerance: 0.02 * 0.125,
+            ..FillSettings {
+                spacing: Spacing::Exact,
+                ..FillSettings::new(0.125, 0.125)
+            }
+        };
+        let [low, high] = [0.0625 + 3e-4, 3.9375 - 3e-4];
+        let wishes = [low, high].map(|at| Wish { at, flat: 6.0 });
+        let lines = positions(&wishes, &exact);
+        assert_eq!(lines.len(), 32);
+        assert!(lines.iter().all(|y| (low..=high).contains(y)), "{lines:?}");
+        assert!(lines.windows(2).all(|p| (p[1] - p[0] - 0.125).abs() < 4e-4));
     }
 
     #[test]

@@ -100,34 +100,57 @@ impl Levels {
         self.watching.samples.extend(told);
     }
 
-    /// Temperature at a place, K, the build plane at z = 0; of the cell in the plane, straight between planes. `None` outside.
+    /// Temperature at a place, K, the build plane at z = 0; straight between the centres of cells, and of planes. `None` outside.
     fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
-        let origin = self.matter.frame.origin;
         let heights = &self.setup.heights;
         let depth = -z;
         if depth < -1e-9 || depth > self.depths[0] + heights[0] {
             return None;
         }
         let (lower, upper, share) = between(&self.depths, heights, depth);
-        let of = |k: usize| {
-            self.levels.iter().enumerate().find_map(|(n, level)| {
-                let size = self.tree.size(n);
-                let at = [x - origin[0], y - origin[1]].map(|d| d / level.edge);
-                if at.iter().any(|a| *a < 0.0) {
-                    return None;
-                }
-                let [i, j] = at.map(|a| a as usize);
-                if i / N >= size[0] || j / N >= size[1] {
-                    return None;
-                }
-                let index = level.index[j / N * size[0] + i / N];
-                let tile = level.tiles.get(index as usize)?;
-                let plane = tile.planes().contains(&k).then(|| k - tile.base)?;
-                let g = tile.enthalpy[plane * PLANE + j % N * N + i % N];
-                Some(self.curve.temperature(f64::from(g)))
-            })
-        };
-        Some((1.0 - share) * of(upper)? + share * of(lower)?)
+        let origin = self.matter.frame.origin;
+        let at = [x - origin[0], y - origin[1]];
+        Some((1.0 - share) * self.in_plane(at, upper)? + share * self.in_plane(at, lower)?)
+    }
+
+    /// Temperature of a plane at a place from the corner of all cells, K: straight between the four centres round it, of the finest cells
+    /// that there are at the place; where one of the four is coarser, of the cell that holds its centre.
+    fn in_plane(&self, at: [f64; 2], plane: usize) -> Option<f64> {
+        let (level, own) = self.finest(at, plane)?;
+        let edge = self.levels[level].edge;
+        let from = at.map(|d| (d / edge - 0.5).floor());
+        let mut sum = 0.0;
+        for corner in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+            let centre = [0, 1].map(|a| (from[a] + corner[a] + 0.5) * edge);
+            let weights = [0, 1].map(|a| 1.0 - (at[a] - centre[a]).abs() / edge);
+            let there = self.of_level(level, centre, plane);
+            let there = there.or_else(|| self.finest(centre, plane).map(|(_, kelvin)| kelvin));
+            sum += weights[0] * weights[1] * there.unwrap_or(own);
+        }
+        Some(sum)
+    }
+
+    /// The finest level that has a cell of this plane at a place, and the cell's temperature, K.
+    fn finest(&self, at: [f64; 2], plane: usize) -> Option<(usize, f64)> {
+        (0..self.levels.len()).find_map(|n| Some((n, self.of_level(n, at, plane)?)))
+    }
+
+    /// Temperature of the cell that a level has of this plane at a place, K.
+    fn of_level(&self, n: usize, at: [f64; 2], plane: usize) -> Option<f64> {
+        let (level, size) = (&self.levels[n], self.tree.size(n));
+        let at = at.map(|d| d / level.edge);
+        if at.iter().any(|a| *a < 0.0) {
+            return None;
+        }
+        let [i, j] = at.map(|a| a as usize);
+        if i / N >= size[0] || j / N >= size[1] {
+            return None;
+        }
+        let index = level.index[j / N * size[0] + i / N];
+        let tile = level.tiles.get(index as usize)?;
+        let plane = tile.planes().contains(&plane).then(|| plane - tile.base)?;
+        let g = tile.enthalpy[plane * PLANE + j % N * N + i % N];
+        Some(self.curve.temperature(f64::from(g)))
     }
 }
 

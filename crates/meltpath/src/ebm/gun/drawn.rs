@@ -125,7 +125,7 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
     }
     if let Some([x, y]) = first {
         check = check.because(&format!(
-            "the current is below 95 % of its set value where {unreached} stretches of the last layer end, first at x {x:.2}, y {y:.2} mm"
+            "the current is more than 5 % off its set value where {unreached} stretches of the last layer end, first at x {x:.2}, y {y:.2} mm"
         ));
         check.place.get_or_insert(Place::at([x, y, 0.0]));
         remedies.push("longer pieces of one current, or a change that is smaller");

@@ -10,7 +10,7 @@ use meltpath_thermal::material::{CELSIUS, Material};
 use crate::ebm::gun::drawn as at_gun;
 use crate::ebm::judge::advice::{MORE, Needs};
 use crate::ebm::judge::ends::{Ends, Passed};
-use crate::ebm::judge::{JudgedPath, Run, of_all};
+use crate::ebm::judge::{JudgedPath, Run, melts_at_the_edge, of_all};
 use crate::ebm::plan::Plan;
 use crate::ebm::settings::{Good, Judge, Settings};
 use crate::ebm::simulate::Outcome;
@@ -34,6 +34,8 @@ const FARTHEST: [&str; 2] = [
     "molten-farthest",
     "farthest from the contour that metal melts",
 ];
+/// Share of a section far beside the path from which a remedy names it.
+const LEFT_OUT: f64 = 1e-3;
 const JUDGE: &str =
     "let the solver judge the whole section: take  solver = \"none\"  out of [judge]";
 
@@ -82,6 +84,7 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         judging,
         tally: &path.runs[0].tally,
         ends: &path.ends,
+        cut: melts_at_the_edge(&path.highest, settings.material.liquidus),
         material: &settings.material,
         needs,
     };
@@ -96,13 +99,22 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         });
     }
     let unfused = format!("{}, or thinner layers", needs.heat());
+    let drawn = |cure: &str| {
+        if path.undrawn < LEFT_OUT {
+            return cure.to_owned();
+        }
+        let share = 100.0 * path.undrawn;
+        format!(
+            "a path that draws all of the section: {share:.1} % of it lie more than 0.5 mm beside this one; {cure}"
+        )
+    };
     let check = |[id, title]: [&str; 2], (figure, limit): &(Figure, Limit), cure: &str| {
         section.check([id, title], figure, *limit, cure)
     };
     vec![
-        check(IN_WINDOW, &figures.in_window, &cure).because(&words),
-        check(UNMELTED, &figures.unmelted, &needs.heat()),
-        check(UNFUSED, &figures.unfused, &unfused),
+        check(IN_WINDOW, &figures.in_window, &drawn(&cure)).because(&words),
+        check(UNMELTED, &figures.unmelted, &drawn(&needs.heat())),
+        check(UNFUSED, &figures.unfused, &drawn(&unfused)),
         check(OUTSIDE, &figures.outside, needs.rim())
             .because(&format!("beyond {} mm of the contour", limits.rim.0)),
         check(FARTHEST, &figures.farthest, needs.rim()),
@@ -236,6 +248,8 @@ struct Section<'a> {
     judging: &'a Judge,
     tally: &'a Tally,
     ends: &'a Ends,
+    /// Whether metal melts up to the edge of what is kept.
+    cut: bool,
     material: &'a Material,
     needs: Needs,
 }
@@ -269,6 +283,7 @@ impl Section<'_> {
             self.moved(figure, "NOT ROBUST", &figure.share.of_power()),
             self.unknown(),
             self.in_part(),
+            self.cut_off(),
         ];
         let doubts = doubts.into_iter().flatten().chain(self.hot());
         let check = doubts.fold(check, |check, doubt| {
@@ -280,6 +295,12 @@ impl Section<'_> {
                 status: check.status.max(Status::CannotSay),
                 ..check.because(&doubt.reason)
             }
+        });
+        let mut told = Vec::new();
+        remedies.retain(|remedy| {
+            let new = !told.contains(remedy);
+            told.push(remedy.clone());
+            new
         });
         if remedies.is_empty() {
             // the uncertainty alone is larger than the limit
@@ -357,6 +378,14 @@ impl Section<'_> {
         }
     }
 
+    /// Where more may melt than was looked at.
+    fn cut_off(&self) -> Option<Doubt> {
+        self.cut.then(|| Doubt {
+            reason: "metal melts up to 0.5 mm beside the path, as far as was looked".to_owned(),
+            remedy: "less power, a smaller spot, or a beam that does not rest".to_owned(),
+        })
+    }
+
     fn in_part(&self) -> Option<Doubt> {
         self.judging.part.map(|_| Doubt {
             reason: "only judge.part was judged, not the whole section".to_owned(),
@@ -389,6 +418,13 @@ fn in_words(path: &JudgedPath, share: &Share, window: [f64; 2]) -> String {
             }
         })
         .collect();
+    if tally.molten() == 0 {
+        return format!(
+            "the window is {:.0} to {:.0} °C",
+            window[0] - CELSIUS,
+            window[1] - CELSIUS
+        );
+    }
     format!(
         "the mean is {:.0} °C, the window {:.0} to {:.0} °C; cells of {:.1} µm, steps of {:.2} µs ({})",
         tally.mean - CELSIUS,
@@ -466,7 +502,7 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     let heat = Measure::exact(100.0 * ledger.vapour_share(), "%");
     let title = "heat of the beam that vapour carries away";
     let mut facts = vec![Fact::new("vapour", title, heat, words)];
-    let Some(law) = &material.evaporation else {
+    let Some(law) = material.evaporation.as_ref().filter(|_| path.molten > 0.0) else {
         return facts;
     };
     // as much metal as a layer adds where it melts

@@ -152,16 +152,21 @@ impl Contour {
         if inside { nearest } else { -nearest }
     }
 
+    /// Lowest and highest corner.
+    pub fn bounds(&self) -> [[f64; 2]; 2] {
+        let fold = |start: f64, of: fn(f64, f64) -> f64| {
+            [0, 1].map(|a| self.corners.iter().fold(start, |e, c| of(e, c[a])))
+        };
+        [
+            fold(f64::INFINITY, f64::min),
+            fold(f64::NEG_INFINITY, f64::max),
+        ]
+    }
+
     /// A point that lies as deep inside as any, found on a grid of a hundredth of the contour's extent, mm.
     pub fn deepest(&self) -> [f64; 2] {
-        let ends = |a: usize| {
-            self.corners
-                .iter()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |e, c| {
-                    [e[0].min(c[a]), e[1].max(c[a])]
-                })
-        };
-        let (x, y) = (ends(0), ends(1));
+        let [low, high] = self.bounds();
+        let (x, y) = ([low[0], high[0]], [low[1], high[1]]);
         // the middle first: of points equally deep the one nearest to it
         let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])];
         let away = |p: [f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);

@@ -220,7 +220,14 @@ impl EbmJob {
         let hatch = self.hatch.as_ref();
         let own = hatch.map(|h| *h.strategy);
         let mut drawn = o.strategies.iter().copied().chain(own);
+        let [slowest, fastest] = *o.speeds;
         broken([
+            (
+                slowest.0 >= fastest.0,
+                o.speeds
+                    .problem("optimise.speeds leave nothing to change")
+                    .help("write the least share first, such as [\"60 %\", \"300 %\"]"),
+            ),
             (
                 online && (reference || *o.change != Change::Speed),
                 o.method

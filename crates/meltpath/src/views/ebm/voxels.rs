@@ -19,6 +19,8 @@ const VOXELS: &str = "series/voxels.csv";
 /// What is told of the voxels; each field's top plane is that of the build.
 struct Voxels<'a> {
     highest: &'a Field,
+    /// How far under the build plane temperatures are read, mm; those of charts in the middle of their uppermost voxels.
+    depth: Option<f64>,
     freezing: &'a Freezing,
 }
 
@@ -36,6 +38,7 @@ pub(super) fn write(
         let shown = preview.shown();
         let of_charts = Voxels {
             highest: &shown.highest,
+            depth: None,
             freezing: &shown.simulation.freezing(),
         };
         voxels(folder, VOXELS, &of_charts, liquidus)?;
@@ -47,6 +50,7 @@ pub(super) fn write(
     let seen = &path.watched;
     let of_solver = Voxels {
         highest: &path.highest,
+        depth: plan.settings.judge.as_ref().map(|j| j.depth),
         freezing: &seen.freezing,
     };
     voxels(folder, VOXELS_REFERENCE, &of_solver, liquidus)?;
@@ -93,10 +97,17 @@ fn voxels(
             .map(|n| grid.centre(n % nx, n / nx, plane)[axis]);
         at.collect::<Vec<f64>>()
     };
+    let height = match voxels.depth {
+        None => centre(2),
+        Some(depth) => {
+            let build = grid.origin.z + grid.heights.iter().sum::<f64>();
+            vec![build - depth; kept.len()]
+        }
+    };
     let columns = [
         ("x", "mm", centre(0)),
         ("y", "mm", centre(1)),
-        ("z", "mm", centre(2)),
+        ("z", "mm", height),
         (
             "highest_temperature",
             "°C",

@@ -117,6 +117,44 @@ fn the_solver_judges_without_charts() {
     }
 }
 
+/// What the path leaves out of the section counts, however far beside it lies: a strip ten times as long is as much less in the window.
+#[test]
+fn all_of_the_section_is_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("path.csv"), path(17, 4e-3)).unwrap();
+    let file = dir.path().join("job.toml");
+    let verdict = |long: f64, name: &str| {
+        let text = format!(
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"{long} mm\"], [\"0 mm\", \"{long} mm\"]]\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        let out = dir.path().join(name);
+        chain::run(&file, At(&out), &Silent).unwrap().verdict
+    };
+    let value = |verdict: &Verdict, id: &str| {
+        let check = verdict.checks.iter().find(|c| c.id == id).unwrap();
+        check.value.as_ref().unwrap().value
+    };
+    let (drawn, long) = (verdict(2.0, "drawn"), verdict(20.0, "long"));
+    // beyond 2 mm a little melts beside the last line, which the short section does not count
+    let share = |v: &Verdict| value(v, "in-window");
+    assert!(share(&drawn) > 90.0, "{}", share(&drawn));
+    assert!(
+        (share(&long) - 0.1 * share(&drawn)).abs() < 1.5,
+        "{}",
+        share(&long)
+    );
+    assert!((value(&long, "unmelted") - 90.0).abs() < 1.5);
+    assert!(value(&long, "unfused") > 88.0);
+    let unmelted = long.checks.iter().find(|c| c.id == "unmelted").unwrap();
+    assert_eq!(unmelted.status, Status::Fail);
+    let remedy = unmelted.remedy.as_ref().unwrap();
+    says(
+        remedy,
+        &["draws all of the section", "lie more than 0.5 mm beside"],
+    );
+}
+
 /// Two layers: the second one stands on what the first one left warm, which the verdict, the report and a table tell; with
 /// `memory = "metal"` it starts at the start temperature, as a layer alone does. Maps tell how the metal froze.
 #[test]
