@@ -51,7 +51,7 @@ pub enum WallsError {
     Few(usize),
     /// No sharpest focus between the walls.
     #[error(
-        "the walls do not grow thinner, then thicker with the focus current: build walls on both sides of the sharpest focus"
+        "the walls do not grow thinner, then thicker with the focus current: build two walls at least on either side of the sharpest focus"
     )]
     NoSharpest,
     /// A wall thinner than any beam makes.

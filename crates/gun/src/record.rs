@@ -198,7 +198,8 @@ impl Record {
         let mut head = false;
         for (n, text) in reader.lines().enumerate() {
             let text = text?;
-            let text = text.trim();
+            // spreadsheets begin a file with a mark that nobody sees
+            let text = text.trim_start_matches('\u{feff}').trim();
             if text.is_empty() || text.starts_with('#') {
                 continue;
             }
@@ -314,6 +315,8 @@ mod tests {
                 Row { time, x, y: x * 0.3, voltage: 60e3, current: 5e-3 * dt, focus: 0.0, on }
             }).collect();
             let record = Record::new(rows).unwrap();
+            let marked = format!("\u{feff}{}", record.to_csv());
+            prop_assert_eq!(Record::from_csv(marked.as_bytes()).unwrap(), record.clone());
             prop_assert_eq!(Record::from_csv(record.to_csv().as_bytes()).unwrap(), record);
         }
 

@@ -141,7 +141,7 @@ meltpath_base::passes_on! {
         Diameter(f64),
         /// The beam is outside what is covered.
         #[error(
-            "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside what the solver covers"
+            "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside what the solver covers: its spot or its depth (ebm.penetration) is too large for the ground that is drawn"
         )]
         Outside {
             /// When, s.

@@ -76,7 +76,7 @@ pub enum EbmError {
     },
     /// A body known to be good that does not melt.
     #[error(
-        "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"
+        "the good body (window.body, window.good) melts nothing in its middle, so that the window cannot be centred on it: a larger window.body, more power, or limits of your own (window.low, window.high)"
     )]
     GoodBody,
 }

@@ -95,7 +95,7 @@ table! {
         /// Share of the beam power that becomes heat.
         efficiency: Ratio where up_to(1.0) => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
         /// How deep the beam enters.
-        penetration: Length where positive => default("0.1 mm", "Béraud 2016, eq. 3.2.2");
+        penetration: Length where within(0.001, 1.0) => default("0.1 mm", "Béraud 2016, eq. 3.2.2");
         /// Thickness of a layer.
         layer: Length where positive => default("0.05 mm", "step of the table in Béraud 2016");
         /// How often the path is drawn, a fresh layer each.

@@ -70,7 +70,9 @@ pub enum SectionError {
         top: f64,
     },
     /// Nothing solid there.
-    #[error("layer {number} of the part is empty: choose another section.height")]
+    #[error(
+        "layer {number} of the part has no area: choose another section.height, or mend the part where its surface is open (`meltpath inspect` tells where)"
+    )]
     Empty {
         /// Number of the layer.
         number: u32,
