@@ -51,6 +51,16 @@ pub(crate) enum Rim {
 }
 
 impl Rim {
+    /// What an inset may have taken from the room of the lines, mm: that must not cost a line. Where lines end nearer to a contour than
+    /// to each other, one that lay just as near beside it would be one too many.
+    fn inset_lost(self, settings: &FillSettings) -> f64 {
+        let lost = 2.0 * settings.tolerance;
+        match self {
+            Rim::Contour(away) if away < 0.75 * settings.stepover => -lost,
+            Rim::Boundary | Rim::Contour(_) => lost,
+        }
+    }
+
     /// Depth of the line nearest to a round end, mm: on a chord there the line lies as far from the middle of the rim
     /// as beads beside each other may lie, and its ends not much nearer.
     fn round_end(self, settings: &FillSettings) -> f64 {
@@ -67,7 +77,7 @@ pub(crate) fn spans(regions: &[Region], rim: Rim, settings: &FillSettings) -> Ve
     let rings: Vec<&Ring> = regions.iter().flat_map(Region::rings).collect();
     let wishes = wishes(&rings, rim, settings);
     let shortest = 0.15 * settings.width;
-    positions(&wishes, settings)
+    positions(&wishes, rim.inset_lost(settings), settings)
         .into_iter()
         .map(|y| {
             let mut line = cut(&rings, y);

@@ -31,8 +31,8 @@ fn stretch(room: f64, settings: &FillSettings) -> f64 {
 
 /// Positions of the lines between the first and the last wish (sorted). With [`Spacing::Fill`] both ends have a line and
 /// so has each wish between them that is worth the change of spacing it takes; with [`Spacing::Exact`] as many lines
-/// at the stepover as fit, in the middle.
-pub(crate) fn positions(wishes: &[Wish], settings: &FillSettings) -> Vec<f64> {
+/// at the stepover as fit into the room and what an inset has `lost` of it, in the middle.
+pub(crate) fn positions(wishes: &[Wish], lost: f64, settings: &FillSettings) -> Vec<f64> {
     let [first, .., last] = wishes else {
         return wishes.iter().map(|w| w.at).collect();
     };
@@ -42,8 +42,7 @@ pub(crate) fn positions(wishes: &[Wish], settings: &FillSettings) -> Vec<f64> {
         return vec![0.5 * (first.at + last.at)];
     }
     if settings.spacing == Spacing::Exact {
-        // an inset loses up to the tolerance on either side: that must not cost a line
-        let n = ((room + 2.0 * settings.tolerance) / d).floor();
+        let n = ((room + lost) / d).floor().max(0.0);
         let start = 0.5 * (first.at + last.at - n * d);
         // nor may it lay the outer ones on the edge of where lines may lie, where they are cut off
         let at = |i: usize| (start + i as f64 * d).clamp(first.at, last.at);
@@ -177,7 +176,7 @@ mod tests {
             },
         ];
         for spacing in [Spacing::Fill, Spacing::Exact] {
-            let lines = positions(&wishes, &settings(spacing));
+            let lines = positions(&wishes, 0.02, &settings(spacing));
             assert_eq!(lines.len(), 6);
             assert!(lines.windows(2).all(|p| (p[1] - p[0] - 4.62).abs() < 1e-9));
         }
@@ -187,15 +186,12 @@ mod tests {
     #[test]
     fn exact_lines_stay_where_lines_may_lie() {
         let exact = FillSettings {
-            tolerance: 0.02 * 0.125,
-            ..FillSettings {
-                spacing: Spacing::Exact,
-                ..FillSettings::new(0.125, 0.125)
-            }
+            spacing: Spacing::Exact,
+            ..FillSettings::new(0.125, 0.125)
         };
         let [low, high] = [0.0625 + 3e-4, 3.9375 - 3e-4];
         let wishes = [low, high].map(|at| Wish { at, flat: 6.0 });
-        let lines = positions(&wishes, &exact);
+        let lines = positions(&wishes, 0.04 * 0.125, &exact);
         assert_eq!(lines.len(), 32);
         assert!(lines.iter().all(|y| (low..=high).contains(y)), "{lines:?}");
         assert!(lines.windows(2).all(|p| (p[1] - p[0] - 0.125).abs() < 4e-4));
@@ -204,7 +200,7 @@ mod tests {
     #[test]
     fn a_hole_between_gets_its_lines_where_that_is_cheap() {
         let wishes = [0.0, 23.0, 37.5, 60.0].map(|at| Wish { at, flat: 30.0 });
-        let lines = positions(&wishes, &settings(Spacing::Fill));
+        let lines = positions(&wishes, 0.0, &settings(Spacing::Fill));
         for wish in &wishes {
             assert!(
                 lines.iter().any(|y| (y - wish.at).abs() < 1e-9),
@@ -243,7 +239,7 @@ mod tests {
         // 0.8 of the width are 5.2 mm
         let lines = |room: f64| {
             let wishes = [0.0, room].map(|at| Wish { at, flat: 30.0 });
-            positions(&wishes, &settings(Spacing::Fill)).len()
+            positions(&wishes, 0.0, &settings(Spacing::Fill)).len()
         };
         assert_eq!([5.15, 5.25].map(lines), [2, 3]);
     }

@@ -276,3 +276,36 @@ fn layers_turn_from_the_first_angle_by_the_second() {
         }
     }
 }
+
+/// A side of a whole number of spacings has that many lines, wherever the part lies and however it is turned.
+#[test]
+fn whole_spacings_have_all_their_lines() {
+    for (size, spacing) in [
+        ([6.0, 4.0], 0.125),
+        ([6.0, 4.0], 0.1),
+        ([3.0, 2.0], 0.1),
+        ([1.0, 1.0], 0.5),
+    ] {
+        for turned in [0.0, 90.0_f64] {
+            for at in [DVec2::ZERO, DVec2::new(-17.31, 4.07)] {
+                let mut region = rectangle(size);
+                for p in &mut region.outer {
+                    *p += at;
+                }
+                let hatch = Hatch {
+                    turns: Turns::Apart,
+                    spacing,
+                    angles: [turned.to_radians(), 0.0],
+                    ..hatch(Pattern::OneWay)
+                };
+                let across = if turned == 0.0 { size[1] } else { size[0] };
+                let lines = drawn(&hatch, &[region], 1).pass_count();
+                assert_eq!(
+                    lines,
+                    (across / spacing).round() as usize,
+                    "{size:?} {spacing} {turned}"
+                );
+            }
+        }
+    }
+}
