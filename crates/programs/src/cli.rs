@@ -48,9 +48,20 @@ pub struct Reader<R> {
     /// Names of parts.
     pub parts: BTreeMap<u32, String>,
     unit: f64,
+    /// The layers that the header tells.
+    told: Option<u64>,
     body: Body<R>,
     filling: Filling,
-    over: bool,
+    state: State,
+}
+
+/// How far the reading is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    Layers,
+    /// The last layer was given: what the header tells is still to be compared.
+    Counted,
+    Over,
 }
 
 #[derive(Debug)]
@@ -78,6 +89,7 @@ impl<R: BufRead> Reader<R> {
         let bytes = head.len();
         head.truncate(bytes - END.len());
         let (mut unit, mut form, mut parts) = (None, None, BTreeMap::new());
+        let mut told = None;
         let mut commands = ascii::Commands::new(head.as_slice(), 0);
         while let Some(command) = commands.next()? {
             let (name, arguments) = command.split();
@@ -90,6 +102,13 @@ impl<R: BufRead> Reader<R> {
                         return Err(header_error("$$UNITS must be above zero"));
                     }
                     unit = Some(u);
+                }
+                "LAYERS" => {
+                    let count = arguments.parse::<f64>().ok();
+                    let whole = count.filter(|n| n.fract() == 0.0 && *n >= 0.0);
+                    told = Some(whole.ok_or_else(|| {
+                        header_error("$$LAYERS is no whole number: write how many layers follow")
+                    })? as u64);
                 }
                 "ASCII" => form = Some(Form::Ascii),
                 "BINARY" => form = Some(Form::Binary),
@@ -118,9 +137,22 @@ impl<R: BufRead> Reader<R> {
         Ok(Reader {
             parts,
             unit: unit.ok_or_else(|| header_error("$$UNITS is missing"))?,
+            told,
             body,
             filling: Filling::default(),
-            over: false,
+            state: State::Layers,
+        })
+    }
+}
+
+impl<R> Reader<R> {
+    /// Fewer layers than the header tells: what is missing would be built by nobody.
+    fn cut_short(&self) -> Option<CliError> {
+        let (told, held) = (self.told?, self.filling.count());
+        (u64::from(held) < told).then(|| {
+            header_error(&format!(
+                "$$LAYERS tells {told} layers, the file holds {held}: it is cut short; export it again, or correct $$LAYERS"
+            ))
         })
     }
 }
@@ -129,8 +161,13 @@ impl<R: BufRead> Iterator for Reader<R> {
     type Item = Result<Layer, CliError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.over {
-            return None;
+        match self.state {
+            State::Layers => {}
+            State::Counted => {
+                self.state = State::Over;
+                return self.cut_short().map(Err);
+            }
+            State::Over => return None,
         }
         let next = match &mut self.body {
             Body::Ascii(commands) => ascii::layer(commands, &mut self.filling, self.unit),
@@ -139,12 +176,17 @@ impl<R: BufRead> Iterator for Reader<R> {
         let next = match next {
             // the last one, where there is any
             Ok(None) => {
-                self.over = true;
-                self.filling.layer.take().map(Ok)
+                self.state = State::Counted;
+                match self.filling.layer.take() {
+                    Some(last) => Some(Ok(last)),
+                    None => return self.next(),
+                }
             }
             other => other.transpose(),
         };
-        self.over |= matches!(next, Some(Err(_)));
+        if matches!(next, Some(Err(_))) {
+            self.state = State::Over;
+        }
         next.map(|read| {
             read.map(|mut layer| {
                 layer.shrink_to_fit();

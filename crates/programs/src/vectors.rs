@@ -64,6 +64,26 @@ mod tests {
                 "not be negative",
             ),
             (
+                "kind,x [mm],y [mm],wait [s]\nstart,0,0,0\nfill,1,0,1e9\n",
+                3,
+                "at most 3600",
+            ),
+            (
+                "kind,x [mm],y [mm],speed [mm/s]\nstart,0,0,\njump,1,0,1e7\n",
+                3,
+                "at most 1000000",
+            ),
+            (
+                "kind,x [mm],y [mm],power [W]\nstart,0,0,0\njump,1,0,0\nfill,2,0,0\n",
+                4,
+                "above zero",
+            ),
+            (
+                "kind,x [mm],y [mm],power [W]\nstart,0,0,0\nfill,2,0,1e9\n",
+                3,
+                "at most 1000000",
+            ),
+            (
                 "kind,x [mm],y [mm],layer\nstart,0,0,1\nstart,0,0,2\nstart,0,0,1\n",
                 4,
                 "comes again",
@@ -128,7 +148,7 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_written_is_read_back(
-            numbers in prop::collection::vec((-200.0..200.0f64, -200.0..200.0f64, 1usize..6, prop::option::of(1.0..9e3f64), 0u32..3), 1..40)
+            numbers in prop::collection::vec((-200.0..200.0f64, -200.0..200.0f64, 1usize..6, prop::option::of(1.0..3e3f64), 0u32..3), 1..40)
         ) {
             let mut layers = Vec::new();
             for (k, chunk) in numbers.chunks(7).enumerate() {

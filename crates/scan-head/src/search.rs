@@ -20,8 +20,11 @@ use crate::head::scan_head::ScanHead;
 use crate::head::vector::{ScanJob, ScanJobError};
 use crate::head::window::Window;
 use crate::measures::contour_error::PathErrors;
+use crate::measures::dark_way::LightReach;
 use crate::measures::delays::DelayTuning;
 use crate::measures::fill_rate::FillRate;
+use crate::measures::fill_share::FillShare;
+use meltpath_toolpath::Role;
 
 /// Lit points are compared with marks commanded at most this long before, s.
 const WINDOW: f64 = 4e-3;
@@ -34,7 +37,7 @@ const STEPS_BACK: u32 = 3;
 /// Size of such a step.
 const STEP_BACK: f64 = 1.08;
 /// What a fill rate may lose where nothing else is asked.
-const MAY_LOSE: f64 = 0.02;
+pub const MAY_LOSE: f64 = 0.02;
 
 /// What the search may change, and what the marks must keep.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,8 +56,8 @@ pub struct Bounds {
     pub contour_error: f64,
     /// Least share of the lit way along contours within it.
     pub contour_share: f64,
-    /// Least fill rate, in the mode that `fill` of the problem judges first; NaN for two
-    /// points less than that of the recipe to begin with.
+    /// Least fill rate, in the mode that `fill` of the problem judges first; NaN for [`MAY_LOSE`] less than that of the recipe to
+    /// begin with.
     pub fill_rate: f64,
 }
 
@@ -84,11 +87,11 @@ pub struct Candidate {
     pub jump_factor: f64,
     /// Time of the whole job, s.
     pub duration: f64,
-    /// Share of the lit way along contours within the bound, on the small job.
+    /// Share of the way along contours within the bound, on the small job; 1 where none is marked.
     pub contour_share: f64,
     /// 99th percentile of the contour error, mm, on the small job.
     pub contour_error: f64,
-    /// Fill rate on the small job.
+    /// Fill rate on the small job; 1 where no line of a fill is marked.
     pub fill_rate: f64,
     /// Whether both bounds are kept.
     pub within: bool,
@@ -105,6 +108,27 @@ pub struct Found {
     pub tried: Vec<Candidate>,
     /// The bounds, with the fill rate that held.
     pub bounds: Bounds,
+    /// What the small job marks: the speed of what it does not mark stays that of the recipe.
+    pub marks: Marks,
+}
+
+/// What a job marks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Marks {
+    /// Contours.
+    pub contours: bool,
+    /// Lines of fills.
+    pub fills: bool,
+}
+
+impl Marks {
+    fn of(job: &ScanJob) -> Self {
+        let any = |kind| job.vectors.iter().any(|v| v.kind == kind);
+        Marks {
+            contours: any(Role::Contour),
+            fills: any(Role::Fill),
+        }
+    }
 }
 
 impl Found {
@@ -209,6 +233,15 @@ pub fn search(
                 .map(move |&wait| Held { filter, wait, jump })
         })
         .collect();
+    let (recipe, mut bounds) = (problem.recipe, bounds.clone());
+    let marks = Marks::of(&(problem.job)(recipe)?);
+    // of what is not marked nothing is learnt
+    if !marks.contours {
+        bounds.contour_speed = [recipe.contour_speed; 2];
+    }
+    if !marks.fills {
+        bounds.fill_speed = [recipe.fill_speed; 2];
+    }
     let mut search = Search {
         problem,
         bounds: bounds.clone(),
@@ -255,6 +288,7 @@ pub fn search(
         start,
         tried,
         bounds: search.bounds,
+        marks,
     })
 }
 
@@ -433,13 +467,16 @@ impl Search<'_> {
         let shortest = Darkness::of(alone(&job), recipe.delays, period)?.shortest;
         let tuned = DelayTuning::new(&job, &hits, period, longest, radius).tune(shortest);
         recipe.delays = tuned.best.delays;
-        let (errors, fill) = judge(&job, recipe.delays, &mut blocks, self.problem.fill);
+        let errors = PathErrors::new(
+            WINDOW,
+            period,
+            LightReach::of(2.0 * radius, self.bounds.contour_error),
+        );
+        let sinks = (errors, (self.problem.fill)(&job));
+        let (errors, fill) = judge(&job, recipe.delays, &mut blocks, sinks);
         // as the judge counts them: a data sheet leaves out what makes the spot stray
-        let bound = self.bounds.contour_error;
-        candidate.contour_share = match head.head().left_out.flatten() {
-            Some(strays) => errors.contour_way.share_with_strays(bound, strays),
-            None => errors.contour_way.share_below(bound),
-        };
+        let strays = head.head().left_out.flatten();
+        candidate.contour_share = errors.contour_share(self.bounds.contour_error, strays);
         candidate.contour_error = errors.contour_way.quantile(0.99);
         candidate.fill_rate = fill;
         candidate.within = self.within(&candidate);
@@ -452,17 +489,16 @@ impl Search<'_> {
     }
 }
 
-/// Judges a recorded run as if the laser had been switched with other delays.
+/// Judges a recorded run as if the laser had been switched with other delays. A fill that is none is whole.
 fn judge(
     job: &ScanJob,
     delays: LaserDelays,
     blocks: &mut [HeadBlock],
-    fill: &dyn Fn(&ScanJob) -> FillRate,
+    mut sinks: (PathErrors, FillRate),
 ) -> (PathErrors, f64) {
     let period = blocks.first().map_or(1.0, |b| b.period);
     let mut window = Window::new(alone(job));
     let mut gate = Gate::new(&mut window, delays, period);
-    let mut sinks = (PathErrors::new(WINDOW, period), fill(job));
     for block in blocks {
         let first = block.command.first;
         for (k, lit) in block.lit.iter_mut().enumerate() {
@@ -470,11 +506,6 @@ fn judge(
         }
         sinks.block(block);
     }
-    let rates = sinks.1.finish();
-    let mean = rates
-        .iter()
-        .map(|r| r.first().copied().unwrap_or(0.0))
-        .sum::<f64>()
-        / rates.len().max(1) as f64;
-    (sinks.0, mean)
+    let share = FillShare::of(&sinks.1.finish(), 0);
+    (sinks.0, share.map_or(1.0, |s| s.judged().share))
 }

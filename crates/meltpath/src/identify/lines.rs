@@ -7,6 +7,9 @@ use super::Identification;
 /// In place of a deviation that promises nothing.
 const UNSAID: &str = "± cannot say";
 
+/// A deviation of the share of friction that modes feel beyond which nothing is told of it: it lies between 0 and 1.
+const FELT_UNTOLD: f64 = 0.5;
+
 /// Says a figure in the form of a file, with its source.
 fn figure(name: &str, value: &str, source: &str) -> String {
     format!("{name} = {{ value = \"{value}\", source = \"identified from {source}\" }}")
@@ -25,14 +28,7 @@ impl Identification {
         lines.extend(self.misfit(&file));
         lines.extend(self.rigid(&file));
         lines.extend(self.dry(&file));
-        lines.extend(self.found.felt.map(|[felt, sigma]| {
-            let stated = self.stated(&format!("{sigma:.3}"));
-            figure(
-                "friction_felt",
-                &format!("{felt:.3} 1"),
-                &format!("{file}, {stated}"),
-            )
-        }));
+        lines.extend(self.felt(&file));
         lines.extend(self.modes(&file));
         lines.extend(self.quality());
         lines
@@ -123,6 +119,25 @@ impl Identification {
                 bias[0], bias[1]
             )],
         }
+    }
+
+    /// The share of friction that the modes feel; a share that the record does not tell is none.
+    fn felt(&self, file: &str) -> Option<String> {
+        let [felt, sigma] = self.found.felt?;
+        if sigma.is_nan() || sigma > FELT_UNTOLD {
+            return Some(
+                "# friction_felt is undetermined: the record does not tell where friction acts"
+                    .to_owned(),
+            );
+        }
+        let stated = self.stated(&format!("{sigma:.3}"));
+        let source = if (0.0..=1.0).contains(&felt) {
+            format!("{file}, {stated}")
+        } else {
+            format!("{file}, {stated}, nearest to {felt:.3}")
+        };
+        let value = format!("{:.3} 1", felt.clamp(0.0, 1.0));
+        Some(figure("friction_felt", &value, &source))
     }
 
     fn modes(&self, file: &str) -> Vec<String> {

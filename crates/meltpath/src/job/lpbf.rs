@@ -114,9 +114,9 @@ table! {
     pub struct ChecksTable {
         /// Contour error that counts as good.
         contour_error: Length where positive => default("0.03 mm", "the accepted deviation of parts");
-        /// Least share of the lit way along contours within it.
+        /// Least share of the way along contours within it.
         contour_share: Ratio where within(0.0, 1.0) => default("95 %", "a usual limit");
-        /// Least fill rate (centres of cells under the swept spot).
+        /// Least fill rate (surface under the swept spot), of the worst layer or square.
         fill_rate: Ratio where within(0.0, 1.0) => none("told, not judged");
         /// Least share of the surface that is melted through, with `[heat]`.
         fusion: Ratio where within(0.0, 1.0) => default("98 %", "a usual limit");
@@ -134,7 +134,7 @@ table! {
         jump_factors: Many<Ratio, 1> where positive => default(["100 %", "150 %", "200 %"], "up to twice");
         /// Factors on the first filter of the mirrors to try.
         filter_factors: Many<Ratio, 1> where positive => default(["100 %", "50 %"], "whole and half");
-        /// Least fill rate.
+        /// Least fill rate, on the small job and on the whole one.
         fill_rate: Ratio where within(0.0, 1.0) => none("that of `[checks]`, else two points below the first recipe's own");
     }
 

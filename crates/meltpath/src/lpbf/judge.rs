@@ -1,6 +1,7 @@
 //! The judgement of a scan-head run: contours, dark marks, fills, fusion; each with the friction that the head's file states and,
 //! where it states a range, with the least and the most of it.
 
+use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::Controller;
@@ -9,11 +10,12 @@ use meltpath_scan_head::head::gate::Darkness;
 use meltpath_scan_head::head::head_axis::HeadAxis;
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::fill_share::FillShare;
 
 use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
 use super::plan::Plan;
-use super::result::RecipeResult;
+use super::result::{JUDGED, RecipeResult, fill_words};
 use super::settings::Settings;
 use crate::identify::of_motor;
 use crate::job::lpbf::{DelayChoice, PathChoice};
@@ -133,12 +135,15 @@ pub(super) fn checks(
             Some(contours(&end.errors))
         })));
         checks.extend(dark_check(number, name, r.delays, &r.darkness));
-        // contours alone have no surface to fill
-        let limit = settings.job.checks.fill_rate.filter(|_| r.fills());
-        checks.extend(limit.map(|limit| {
-            let filled = |fill: &[f64]| filled(settings, number, (r, fill), limit.0);
-            let check = filled(&r.fill);
-            known(over_the_range(check, r, |end| Some(filled(&end.fill))))
+        let unlit = |errors: &PathErrors| unlit(settings, number, name, errors);
+        checks.extend(
+            unlit(&r.errors).map(|check| known(over_the_range(check, r, |end| unlit(&end.errors)))),
+        );
+        let limit = *settings.job.checks.fill_rate;
+        checks.extend(limit.and_then(|limit| {
+            let id = format!("fill-{number}");
+            let check = fill_check(settings, r, (&id, &r.fill_title()), limit.0)?;
+            Some(known(check))
         }));
     }
     if let Some(heat) = &settings.heat {
@@ -168,17 +173,17 @@ pub(super) fn checks(
 /// How near contours come.
 fn contours(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) -> Check {
     let id = format!("contour-{number}");
-    if errors.contour_way.total() == 0 {
+    if errors.dark().commanded == 0.0 {
         let title = format!("{recipe}: contours");
         return Check::not_checked(&id, &title, "no contour was marked");
     }
     let limits = &settings.job.checks;
-    let (way, bound) = (&errors.contour_way, limits.contour_error.0);
-    let below = 100.0 * way.share_below(bound);
+    let bound = limits.contour_error.0;
+    let below = 100.0 * errors.contour_share(bound, None);
     let left_out = settings.data.head.left_out;
     let found = match left_out.flatten() {
         Some(s) => {
-            let strays = 100.0 * way.share_with_strays(bound, s);
+            let strays = 100.0 * errors.contour_share(bound, Some(s));
             Measure::new(strays, 0.5 * (below - strays).abs(), "%")
         }
         None => Measure::exact(below, "%"),
@@ -198,19 +203,65 @@ fn contours(settings: &Settings, number: usize, recipe: &str, errors: &PathError
         .remedy(remedy)
 }
 
-/// How much of the surface is reached, against a least share.
-fn filled(
+/// The longest stretch of contours that no light reaches; `None` where no contour is marked.
+fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) -> Option<Check> {
+    let dark = errors.dark();
+    if dark.commanded == 0.0 {
+        return None;
+    }
+    let id = format!("unlit-{number}");
+    let title = format!("{recipe}: longest stretch of contours without light");
+    let spot = 2.0 * settings.data.head.beam.waist;
+    let found = Measure::exact(dark.longest.length, "mm");
+    let check = Check::judge(&id, &title, found, Limit::AtMost(spot));
+    if dark.length == 0.0 {
+        return Some(check);
+    }
+    let reason = format!(
+        "{} mm of {} mm in all lie farther from any light than the spot's diameter",
+        significant(dark.length, 3),
+        significant(dark.commanded, 4)
+    );
+    let place = Place {
+        layer: Some(dark.longest.layer),
+        ..Place::at(dark.longest.from.extend(0.0).to_array())
+    };
+    let delays = match *settings.job.lpbf.delays {
+        DelayChoice::Recipe => "lpbf.delays = \"tuned\"",
+        DelayChoice::Tuned => "slower contours, or longer waits after jumps and marks",
+    };
+    Some(check.because(&reason).at(place).remedy(delays))
+}
+
+/// How much of the surface of a job is reached, against a least share, whatever the friction; `None` where nothing is filled.
+pub(super) fn fill_check(
     settings: &Settings,
-    number: usize,
-    (result, fill): (&RecipeResult<'_>, &[f64]),
+    result: &RecipeResult<'_>,
+    (id, title): (&str, &str),
     least: f64,
-) -> Check {
-    let (id, title) = (format!("fill-{number}"), result.fill_title());
-    let found = Measure::exact(100.0 * fill[2], "%");
-    Check::judge(&id, &title, found, Limit::AtLeast(100.0 * least)).remedy(
-        match *settings.job.lpbf.delays {
+) -> Option<Check> {
+    let filled = |fill: &FillShare| {
+        let rate = fill.judged();
+        let found = Measure::new(100.0 * rate.share, 100.0 * rate.doubt, "%");
+        let check = Check::judge(id, title, found, Limit::AtLeast(100.0 * least));
+        let check = match fill.worst {
+            Some(worst) => check.at(Place {
+                layer: Some(worst.layer),
+                ..Place::at(worst.middle.extend(0.0).to_array())
+            }),
+            None => check,
+        };
+        let check = match fill_words(fill) {
+            Some(words) => check.because(&words),
+            None => check,
+        };
+        check.remedy(match *settings.job.lpbf.delays {
             DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
             DelayChoice::Tuned => "a closer hatch",
-        },
-    )
+        })
+    };
+    let check = filled(&result.fill(JUDGED)?);
+    Some(over_the_range(check, result, |end| {
+        end.fill.as_ref().map(filled)
+    }))
 }

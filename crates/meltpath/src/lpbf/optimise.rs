@@ -8,10 +8,13 @@ use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::fill_rate::FillRate;
 use meltpath_scan_head::measures::hatch::HatchDistance;
-use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
+use meltpath_scan_head::search::{Bounds, Candidate, Found, MAY_LOSE, Marks, Problem, search};
 
+use super::friction::unless_guessed;
+use super::judge::fill_check;
 use super::plan::Plan;
-use super::result::MODES;
+use super::result::{JUDGED, MODES, RecipeResult};
+use super::settings::Settings;
 use crate::lpbf::plan::work::Work;
 
 /// Side of the squares that are simulated, at most, mm.
@@ -39,7 +42,7 @@ pub(crate) fn run(
     let settings = &plan.settings;
     let work = small(&plan.work);
     let spot = 2.0 * settings.data.head.beam.waist;
-    let judged = &MODES[2..];
+    let judged = &MODES[JUDGED..];
     let job = |recipe: &Recipe| work.tuning_job(recipe);
     let samples = |recipe: &Recipe, period: f64| {
         let layers = plan.work.layers(recipe)?;
@@ -63,10 +66,78 @@ pub(crate) fn run(
     search(&problem, bounds, observer)
 }
 
+/// What was found, as it did on the whole job.
+pub(super) struct OnTheWhole<'a> {
+    result: &'a RecipeResult<'a>,
+    number: usize,
+    /// The least fill rate; none where nothing bounds it.
+    fill: Option<f64>,
+}
+
+impl<'a> OnTheWhole<'a> {
+    /// `None` where nothing was found.
+    pub(super) fn of(
+        found: &Found,
+        settings: &Settings,
+        results: &'a [RecipeResult<'a>],
+    ) -> Option<Self> {
+        let best = found.best.as_ref()?;
+        let begun = results.first()?;
+        // what was found is run after the recipes of the job, unless it is the first of them
+        let result = if *best == found.start {
+            begun
+        } else {
+            results.last()?
+        };
+        let written = settings.search.as_ref().map(|b| b.fill_rate);
+        let own = begun.fill(JUDGED).map(|f| f.judged().share - MAY_LOSE);
+        Some(OnTheWhole {
+            result,
+            number: results
+                .iter()
+                .position(|r| std::ptr::eq(r, result))
+                .map_or(0, |k| k + 1),
+            fill: written.filter(|bound| !bound.is_nan()).or(own),
+        })
+    }
+
+    /// Its fill rate against the bound of the search, where `[checks]` does not judge the same.
+    pub(super) fn fill_check(&self, settings: &Settings) -> Option<Check> {
+        let bound = self.fill?;
+        if settings.job.checks.fill_rate.is_some_and(|l| l.0 == bound) {
+            return None;
+        }
+        let name = &self.result.recipe.name;
+        let title = format!("{name}: fill rate against the bound of the search");
+        let check = fill_check(settings, self.result, (FILL, &title), bound)?;
+        let remedy =
+            "a lower optimise.fill_rate, slower fills in optimise.fill_speed, or a closer hatch";
+        Some(unless_guessed(check.remedy(remedy), settings))
+    }
+
+    /// The worst that its checks against the bounds say.
+    fn status(&self, checks: &[Check]) -> Status {
+        let own = [
+            format!("contour-{}", self.number),
+            format!("fill-{}", self.number),
+        ];
+        let bound = |c: &&Check| c.id == FILL || own.contains(&c.id);
+        let worst = checks.iter().filter(bound).map(|c| c.status).max();
+        worst.unwrap_or(Status::Pass)
+    }
+}
+
+/// The check of the found recipe's fill rate.
+const FILL: &str = "optimise-fill";
+
 /// Tells what the search found: a fact, or what is to be looked at where nothing keeps the bounds.
-pub(crate) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
+pub(super) fn tell(
+    found: &Found,
+    whole: Option<&OnTheWhole<'_>>,
+    checks: &mut Vec<Check>,
+    facts: &mut Vec<Fact>,
+) {
     const ID: &str = "optimise";
-    const TITLE: &str = "time saved by the fastest recipe within the bounds";
     let Some(best) = &found.best else {
         let near = found.nearest();
         let reason = format!(
@@ -84,19 +155,43 @@ pub(crate) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>
         checks.push(check.remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
         return;
     };
+    let status = whole.map_or(Status::CannotSay, |w| w.status(checks));
+    let title = match status {
+        Status::Pass | Status::Warn | Status::NotChecked => {
+            "time saved by the fastest recipe within the bounds"
+        }
+        Status::CannotSay => {
+            "time saved by the recipe found; whether the whole job keeps the bounds cannot be said"
+        }
+        Status::Fail => {
+            "time saved by the recipe found, which keeps the bounds where it was searched, not on the whole job"
+        }
+    };
     let saved = 100.0 * (1.0 - best.duration / found.start.duration);
     let words = if *best == found.start {
         "the first recipe is the fastest tried".to_owned()
     } else {
-        format!(
-            "contours at {:.0} mm/s, fills at {:.0} mm/s, {:.2} ms after marks{}",
-            best.recipe.contour_speed,
-            best.recipe.fill_speed,
-            1e3 * best.recipe.mark_wait,
-            filter_words(best)
-        )
+        found_words(best, found.marks)
     };
-    facts.push(Fact::new(ID, TITLE, Measure::exact(saved, "%"), &words));
+    facts.push(Fact::new(ID, title, Measure::exact(saved, "%"), &words));
+}
+
+/// What was found, in words; of what was not tried, that it stays.
+fn found_words(best: &Candidate, marks: Marks) -> String {
+    let speed = |what: &str, speed: f64, tried: bool| {
+        if tried {
+            format!("{what} at {speed:.0} mm/s")
+        } else {
+            format!("{what} left at the recipe's {speed:.0} mm/s, as none were tried")
+        }
+    };
+    format!(
+        "{}, {}, {:.2} ms after marks{}",
+        speed("contours", best.recipe.contour_speed, marks.contours),
+        speed("fills", best.recipe.fill_speed, marks.fills),
+        1e3 * best.recipe.mark_wait,
+        filter_words(best)
+    )
 }
 
 fn filter_words(c: &Candidate) -> String {

@@ -1,6 +1,7 @@
 //! What of a scan-head job cannot run, told at the place of the job where it is written.
 
 use meltpath_base::Length;
+use meltpath_base::number::significant;
 use meltpath_base::settings::Problem;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_scan_head::axis::error::AxisError;
@@ -15,6 +16,9 @@ use super::plan::Plan;
 use crate::job::lpbf::{DelayChoice, LpbfJob};
 use crate::lpbf::plan::work::{Source, Work};
 use crate::tune::choose::ready_for;
+
+/// Longest time of a job on the head, s: a day.
+const LONGEST_JOB: f64 = 86_400.0;
 
 /// Looks through the job of each recipe; refuses a head that cannot be built, squares that are none, and work that leaves the field.
 ///
@@ -40,7 +44,7 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
     for (recipe, name) in plan.settings.recipes.iter().zip(job.lpbf.recipes.iter()) {
         if let Some(message) = too_long(recipe, plan) {
             let problem = Problem::new(format!("\"{}\" cannot run: {message}", name.get_ref()));
-            let help = "write delays that the head takes, or lpbf.delays = \"tuned\"";
+            let help = "write delays that the head takes, or lpbf.delays = \"tuned\"; where its controller takes longer ones, longest_laser_delay in [head] of its file";
             return Err(problem.at(name.span()).help(help));
         }
         let refused = |what: &str, e: &HeadError| {
@@ -48,11 +52,16 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
         };
         let layers = || plan.work.layers(recipe);
         let survey = layers().and_then(|layers| head.survey(layers));
-        surveys.push(survey.map_err(|e| match &e {
+        let survey = survey.map_err(|e| match &e {
             HeadError::Field { .. } => outside(job, plan, recipe, &e),
             HeadError::Job(_) | HeadError::Layer(_) => unsound(job, plan, &e),
             _ => refused("", &e),
-        })?);
+        })?;
+        let time = survey.samples as f64 * plan.settings.data.head.period;
+        if time > LONGEST_JOB {
+            return Err(endless(job, plan, name.get_ref(), time));
+        }
+        surveys.push(survey);
         layers()
             .and_then(|layers| ready_for(&head, *plan.settings.job.lpbf.path, layers))
             .map_err(|e| refused(" with lpbf.path", &e))?;
@@ -60,14 +69,42 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
     Ok(surveys)
 }
 
+/// A job that would keep the head, and this machine, for days.
+fn endless(job: &LpbfJob, plan: &Plan, recipe: &str, time: f64) -> Problem {
+    let message = format!(
+        "with \"{recipe}\" the job takes the head {} h, more than a day",
+        significant(time / 3600.0, 3)
+    );
+    match &plan.work {
+        Work::Plate(_) => job
+            .plate
+            .problem(message)
+            .help("fewer squares in plate.block"),
+        Work::Layers(set) => match &set.source {
+            Source::File(_) => job.lpbf.layers.problem(message).help(
+                "look for waits and speeds of a wrong unit, or run fewer layers: [layers] range",
+            ),
+            Source::Part(_) => job
+                .part
+                .problem(message)
+                .help("fewer layers in section.layers, or a wider hatch"),
+        },
+    }
+}
+
 /// What is wrong with a recipe whose own delays the head does not take.
 fn too_long(recipe: &Recipe, plan: &Plan) -> Option<String> {
-    let longest = plan.settings.data.head.longest_delay?;
+    let head = &plan.settings.data.head;
+    let longest = head.delays_up_to();
     let written = recipe.delays.on.max(recipe.delays.off);
     let run = *plan.settings.job.lpbf.delays == DelayChoice::Recipe;
+    let whose = match head.longest_delay {
+        Some(_) => "the head's longest_laser_delay",
+        None => "any delay of a head whose file tells no longest_laser_delay",
+    };
     (run && written > longest).then(|| {
         format!(
-            "its laser delay of {:.0} µs is longer than the head's longest_laser_delay, {:.0} µs",
+            "its laser delay of {:.0} µs is longer than {whose}, {:.0} µs",
             1e6 * written,
             1e6 * longest
         )

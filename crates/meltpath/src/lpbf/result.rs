@@ -1,5 +1,6 @@
 //! What one recipe did: errors, energy, fill rates, and the path as far as it is shown.
 
+use meltpath_base::Measure;
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::gate::Darkness;
@@ -10,23 +11,27 @@ use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillMode;
+use meltpath_scan_head::measures::fill_share::{AreaFill, FillShare};
 
 use super::heat::RecipeHeat;
 
 /// The modes in which fill rates are told.
-pub(crate) const MODES: [FillMode; 3] = [
+pub(crate) const MODES: [FillMode; 4] = [
     FillMode::SampledPoints { every: 1 },
     FillMode::Segments,
     FillMode::SweptSpot,
+    FillMode::SweptSurface,
 ];
+/// Which of them is judged: cells beat with the hatch, the surface does not.
+pub(crate) const JUDGED: usize = 3;
 /// Samples kept of the path of the first square, at most.
 const SHOWN: usize = 400_000;
 
 /// What is judged of a recipe at one end of the friction's range.
 pub(crate) struct AtEnd {
     pub(super) errors: PathErrors,
-    /// Mean fill rate in each mode.
-    pub(super) fill: Vec<f64>,
+    /// How it is filled, as it is judged; none where no line is marked.
+    pub(super) fill: Option<FillShare>,
     pub(super) heat: Option<RecipeHeat>,
 }
 
@@ -46,10 +51,8 @@ pub(crate) struct RecipeResult<'a> {
     pub(crate) duration: f64,
     pub(crate) errors: PathErrors,
     pub(crate) energy: EnergyAlong,
-    /// Mean rate over the squares or layers, in each of [`MODES`].
-    pub(crate) fill: Vec<f64>,
-    /// For each square or layer, its rates; none where no line fills it.
-    pub(crate) rates: Vec<Vec<f64>>,
+    /// How each square or layer is filled, in each of [`MODES`].
+    pub(crate) areas: Vec<AreaFill>,
     pub(crate) path: Path2d,
     /// What the first square or layer melts, where the job asks for it.
     pub(crate) heat: Option<RecipeHeat>,
@@ -58,15 +61,29 @@ pub(crate) struct RecipeResult<'a> {
 }
 
 impl RecipeResult<'_> {
-    /// Whether any line of a fill was marked.
-    pub(crate) fn fills(&self) -> bool {
-        self.survey.fills > 0.0
+    /// How it is filled in the mode of that number; none where no line of a fill was marked.
+    pub(crate) fn fill(&self, mode: usize) -> Option<FillShare> {
+        FillShare::of(&self.areas, mode)
     }
 
     /// What its fill rate is called.
     pub(crate) fn fill_title(&self) -> String {
-        format!("{}: fill rate, {}", self.recipe.name, MODES[2].words())
+        format!("{}: fill rate, {}", self.recipe.name, MODES[JUDGED].words())
     }
+}
+
+/// What is judged of several layers or squares, and the share of all of them.
+pub(crate) fn fill_words(fill: &FillShare) -> Option<String> {
+    if fill.filled < 2 {
+        return None;
+    }
+    let whole = Measure::exact(100.0 * fill.whole.share, "%");
+    let judged = match fill.worst {
+        Some(_) if fill.judged() != fill.whole => "the worst layer or square of",
+        _ => "the share of all",
+    };
+    let filled = fill.filled;
+    Some(format!("{judged} {filled}; {whole} of their whole surface"))
 }
 
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.

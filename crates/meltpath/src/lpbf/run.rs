@@ -14,9 +14,11 @@ use meltpath_scan_head::head::run::RunSummary;
 use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::dark_way::LightReach;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillRate;
+use meltpath_scan_head::measures::fill_share::FillShare;
 use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
@@ -25,7 +27,7 @@ use super::friction;
 use super::heat::{self, BeamRecord, RecipeHeat};
 use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
-use super::result::{AtEnd, MODES, Path2d, RecipeResult};
+use super::result::{AtEnd, JUDGED, MODES, Path2d, RecipeResult};
 use super::settings;
 use super::{motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;
@@ -55,15 +57,8 @@ impl HeadSink for Reach {
 /// What was marked at an end of the friction's range.
 struct EndMarked {
     errors: PathErrors,
-    fill: Vec<f64>,
+    fill: Option<FillShare>,
     record: Option<BeamRecord>,
-}
-
-/// Mean fill rate in each mode over the squares or layers that have one.
-fn means(rates: &[Vec<f64>]) -> Vec<f64> {
-    let filled: Vec<&Vec<f64>> = rates.iter().filter(|r| !r.is_empty()).collect();
-    let mean = |m: usize| filled.iter().map(|r| r[m]).sum::<f64>() / filled.len() as f64;
-    (0..MODES.len()).map(mean).collect()
 }
 
 /// The whole chain.
@@ -145,10 +140,14 @@ pub fn run(
         });
     }
     let mut checks = checks(settings, &results, &reporter);
+    let whole = found
+        .as_ref()
+        .and_then(|f| optimise::OnTheWhole::of(f, settings, &results));
+    checks.extend(whole.as_ref().and_then(|w| w.fill_check(settings)));
     undecided(&mut checks, &plan.work);
     let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
-        optimise::tell(found, &mut checks, &mut facts);
+        optimise::tell(found, whole.as_ref(), &mut checks, &mut facts);
     }
     let verdict = Verdict {
         checks,
@@ -252,7 +251,6 @@ impl<'a> Run<'a> {
         motion: Option<&mut (dyn MotionSink + Send)>,
     ) -> Result<RecipeResult<'a>, LpbfError> {
         let spot = 2.0 * self.head.head().beam.waist;
-        let period = self.head.head().period;
         let (short, lost) = (self.survey.short, self.survey.lost);
         if short > 0 {
             self.reporter.warn(
@@ -280,7 +278,7 @@ impl<'a> Run<'a> {
         let mut motion = (motion, record.as_mut());
         let mut sinks = (
             (
-                PathErrors::new(WINDOW, period),
+                self.errors(),
                 (EnergyAlong::new(law, spot), Reach::default()),
             ),
             (
@@ -320,7 +318,6 @@ impl<'a> Run<'a> {
                 Some([least?, most?])
             }
         };
-        let rates = fill.finish();
         Ok(RecipeResult {
             recipe: self.recipe,
             survey: self.survey,
@@ -332,12 +329,22 @@ impl<'a> Run<'a> {
             duration,
             errors,
             energy,
-            fill: means(&rates),
-            rates,
+            areas: fill.finish(),
             path,
             heat,
             ends,
         })
+    }
+
+    /// What measures the way along contours.
+    fn errors(&self) -> PathErrors {
+        let head = self.head.head();
+        let bound = self.plan.settings.job.checks.contour_error.0;
+        PathErrors::new(
+            WINDOW,
+            head.period,
+            LightReach::of(2.0 * head.beam.waist, bound),
+        )
     }
 
     /// Distance of the lines, mm, and what measures the fill.
@@ -372,7 +379,7 @@ impl<'a> Run<'a> {
     ) -> Result<EndMarked, HeadError> {
         let heat = self.plan.settings.heat.as_ref();
         let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
-        let errors = PathErrors::new(WINDOW, head.head().period);
+        let errors = self.errors();
         let motion = record
             .as_mut()
             .map(|r| AsMotion::new(self.recipe.power_law, r));
@@ -383,7 +390,7 @@ impl<'a> Run<'a> {
         let (errors, (fill, _)) = sinks;
         Ok(EndMarked {
             errors,
-            fill: means(&fill.finish()),
+            fill: FillShare::of(&fill.finish(), JUDGED),
             record,
         })
     }

@@ -21,7 +21,7 @@ use meltpath_scan_head::search::Found;
 use crate::lpbf::friction;
 use crate::lpbf::plan::Plan;
 use crate::lpbf::plan::work::Work;
-use crate::lpbf::result::{MODES, RecipeResult};
+use crate::lpbf::result::{JUDGED, MODES, RecipeResult, fill_words};
 use crate::views::lpbf::comparison::Comparison;
 
 /// Side of the corner that is drawn, mm.
@@ -119,12 +119,14 @@ pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
             Measure::exact(r.duration, "s"),
             "",
         ));
-        if plan.settings.job.checks.fill_rate.is_none() && r.fills() {
+        let told = plan.settings.job.checks.fill_rate.is_none();
+        if let Some(fill) = r.fill(JUDGED).filter(|_| told) {
+            let rate = fill.judged();
             facts.push(Fact::new(
                 &format!("fill-{number}"),
                 &r.fill_title(),
-                Measure::exact(100.0 * r.fill[2], "%"),
-                "",
+                Measure::new(100.0 * rate.share, 100.0 * rate.doubt, "%"),
+                &fill_words(&fill).unwrap_or_default(),
             ));
         }
     }
@@ -144,8 +146,8 @@ fn sections(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Section> {
     vec![
         Section::new(
             "Recipes compared",
-            "One layer. Contours are judged by the distance of lit points to the commanded marks, fills by the share of cells reached; \
-                    cells are as wide as the spot. What a figure of the head rests on stands in its file.",
+            "One layer. Contours are judged by the distance of lit points to the commanded marks, fills by the share of cells reached, which are as wide as the spot, \
+                    and of the surface itself, which is what the verdict judges. What a figure of the head rests on stands in its file.",
             vec![
                 shares("Contour errors of contours", results, |r| &r.errors.contour),
                 shares("Contour errors of fills", results, |r| &r.errors.fill),
@@ -218,8 +220,8 @@ fn layer_table(r: &RecipeResult<'_>) -> Table {
             Cell::Fixed(f64::from(layer.vectors), 0),
             Cell::Fixed(layer.marked / 1000.0, 2),
         ];
-        let rates = r.rates.get(k).map_or(&[][..], Vec::as_slice);
-        row.extend(rates.iter().map(|rate| Cell::Fixed(100.0 * rate, 2)));
+        let rates = r.areas.get(k).map_or(&[][..], |area| &area.rates);
+        row.extend(rates.iter().map(|rate| Cell::Fixed(100.0 * rate.share, 2)));
         row.resize(columns.len(), Cell::Empty);
         table.rows.push(row);
     }

@@ -202,6 +202,22 @@ fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
     let felt = r#"friction_felt = { value = "0.9 1", source = "identified" }"#;
     let read = files::parse_motor(felt, shipped).unwrap();
     assert_eq!((read.motor.felt, read.misfit), (0.9, None));
+    // a share that the record does not tell is left out, one beyond its range is printed within it; a file holds no other
+    for (told, line) in [
+        ([-1.0, 754.0], "# friction_felt is undetermined"),
+        ([1.04, 0.05], "friction_felt = { value = \"1.000 1\""),
+        ([0.8, 0.05], "friction_felt = { value = \"0.800 1\""),
+    ] {
+        let mut found = found.clone();
+        found.found.felt = Some(told);
+        let lines = found.lines(&at("bench.csv"));
+        let felt: Vec<_> = lines
+            .iter()
+            .filter(|l| l.contains("friction_felt"))
+            .collect();
+        assert!(felt.len() == 1 && felt[0].starts_with(line), "{lines:?}");
+    }
+    assert!(files::parse_motor(&felt.replace("0.9", "-50"), shipped).is_err());
     // a record without ramps, and one whose current is reversed
     let error = add_friction(&mut found, &at("bench.csv"), &at("map.toml"), &reporter).unwrap_err();
     assert!(error.to_string().contains("ramps"), "{error}");

@@ -107,6 +107,11 @@ impl Filling {
         self.layer.replace(Layer::new(self.layers, height))
     }
 
+    /// Layers that were begun.
+    pub(super) fn count(&self) -> u32 {
+        self.layers
+    }
+
     fn line(&mut self, part: u32, role: Role, points: impl IntoIterator<Item = DVec2>) {
         let Some(layer) = &mut self.layer else {
             return;

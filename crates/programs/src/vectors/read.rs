@@ -8,6 +8,13 @@ use meltpath_toolpath::{Channel, Layer, PassHead, PassId, PassWriter, Role};
 
 use super::words::{COLUMNS, KINDS, START};
 
+/// Fastest spot that mirrors draw, mm/s.
+const FASTEST: f64 = 1e6;
+/// Strongest laser, W.
+const STRONGEST: f64 = 1e6;
+/// Longest wait, s.
+const LONGEST: f64 = 3600.0;
+
 /// Why a vector list cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("line {line} of the vector list: {what}")]
@@ -83,19 +90,18 @@ impl Fields<'_> {
         }
     }
 
-    /// A number that must not be below zero, or must be above it.
-    fn at_least(&self, column: usize, above_zero: Bound) -> Result<Option<f64>, String> {
+    /// A number that must not be below zero, or must be above it, and not absurdly great.
+    fn at_least(&self, column: usize, bound: Bound, most: f64) -> Result<Option<f64>, String> {
         let value = self.number(column)?;
-        match (value, above_zero) {
-            (Some(v), Bound::Above) if v <= 0.0 => {
-                Err(format!("{} is {v}; it must be above zero", COLUMNS[column]))
-            }
-            (Some(v), Bound::From) if v < 0.0 => Err(format!(
-                "{} is {v}; it must not be negative",
-                COLUMNS[column]
-            )),
-            _ => Ok(value),
-        }
+        let wrong =
+            |wanted: String| value.map(|v| format!("{} is {v}; it must {wanted}", COLUMNS[column]));
+        let problem = match (value, bound) {
+            (Some(v), Bound::Above) if v <= 0.0 => wrong("be above zero".to_owned()),
+            (Some(v), Bound::From) if v < 0.0 => wrong("not be negative".to_owned()),
+            (Some(v), _) if v > most => wrong(format!("be at most {most}")),
+            _ => None,
+        };
+        problem.map_or(Ok(value), Err)
     }
 
     fn count(&self, column: usize) -> Result<Option<u32>, String> {
@@ -343,6 +349,11 @@ fn row(heading: &Heading, text: &str, line: usize) -> Result<Row, String> {
             "\"{word}\" is no kind of vector; there are {START}, {known}"
         ));
     }
+    // a mark without power would light nothing
+    let power = match role {
+        Some(role) if role.deposits() => Bound::Above,
+        _ => Bound::From,
+    };
     let needed = |column: usize| -> Result<f64, String> {
         fields
             .number(column)?
@@ -354,9 +365,9 @@ fn row(heading: &Heading, text: &str, line: usize) -> Result<Row, String> {
         role,
         end: DVec3::new(needed(1)?, needed(2)?, fields.number(3)?.unwrap_or(0.0)),
         values: [
-            (Channel::Speed, fields.at_least(4, Bound::Above)?),
-            (Channel::Power, fields.at_least(5, Bound::From)?),
-            (Channel::Dwell, fields.at_least(6, Bound::From)?),
+            (Channel::Speed, fields.at_least(4, Bound::Above, FASTEST)?),
+            (Channel::Power, fields.at_least(5, power, STRONGEST)?),
+            (Channel::Dwell, fields.at_least(6, Bound::From, LONGEST)?),
         ],
         part: fields.count(7)?.unwrap_or(0),
         layer: fields.count(8)?,

@@ -70,6 +70,36 @@ fn short_binary_commands_read() {
 }
 
 /// The side of the solid follows from the points; arcs become chords, and jumps are left out.
+/// A file that holds fewer layers than its header tells was cut short: the layers that it holds come, then the refusal, once.
+#[test]
+fn a_file_cut_between_layers_is_refused() {
+    let layers: Vec<Layer> = (1..=3)
+        .map(|number| {
+            let mut layer = Layer::new(number, 0.03 * f64::from(number));
+            layer.polyline(PassHead::default(), [DVec3::ZERO, DVec3::X]);
+            layer
+        })
+        .collect();
+    for form in [Form::Ascii, Form::Binary] {
+        for told in [None, Some(2), Some(3), Some(8)] {
+            let mut bytes = Vec::new();
+            let mut writer = Writer::new(&mut bytes, form, &parts(), told).unwrap();
+            layers.iter().for_each(|l| writer.layer(l).unwrap());
+            writer.finish().unwrap();
+            let mut found: Vec<_> = Reader::new(bytes.as_slice()).unwrap().collect();
+            if told == Some(8) {
+                let error = found.pop().unwrap().unwrap_err().to_string();
+                assert!(
+                    error.contains("tells 8 layers, the file holds 3"),
+                    "{error}"
+                );
+            }
+            assert_eq!(found.iter().filter(|l| l.is_ok()).count(), 3, "{told:?}");
+            assert_eq!(found.len(), 3);
+        }
+    }
+}
+
 #[test]
 fn planned_layers_are_written_as_shape() {
     let p = |x: f64, y: f64| DVec3::new(x, y, 0.0);

@@ -38,7 +38,7 @@ table! {
         /// Friction beyond the printed law of `coulomb` and `bias`.
         friction: FrictionTable => none("the printed law");
         /// Share of friction that the modes feel: 1 where it acts on the rotor, 0 where it is spread as the inertia is.
-        friction_felt: Sourced<Pure> => none("0: it acts on the rigid body, as in Rasoanarivo 2020, fig. 2.20");
+        friction_felt: Sourced<Pure> where within(0.0, 1.0) => none("0: it acts on the rigid body, as in Rasoanarivo 2020, fig. 2.20");
         /// What the motor leaves of the record that it was identified from, over the record's noise: about 1 where it explains it. Beyond 1.1 no verdict on it is a promise.
         misfit: Sourced<Pure> where not_negative => none("not judged");
         /// Modes of the flexible shaft.

@@ -51,7 +51,7 @@ table! {
         /// Points of the correction table along a side.
         table_points: usize where within(2.0, 4097.0) => none("no correction table: the exact relation");
         /// The longest laser-on and laser-off delay that its controller takes: delays are tuned up to it, recipes beyond it are refused.
-        longest_laser_delay: Sourced<Time> where positive => none("not stated: delays up to 1.2 ms are tuned, any is run");
+        longest_laser_delay: Sourced<Time> where positive => none("not stated: 1.2 ms");
     }
 
     /// Two mirrors with perpendicular axes, the beam on both axes.

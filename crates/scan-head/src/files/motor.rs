@@ -29,7 +29,7 @@ table! {
         /// Its part that does not turn with the speed.
         bias: Sourced<Torque> => none("the head's");
         /// Share of friction that the modes feel.
-        friction_felt: Sourced<Pure> => none("the head's");
+        friction_felt: Sourced<Pure> where within(0.0, 1.0) => none("the head's");
         /// What the motor leaves of the record that it was identified from, over the record's noise: about 1 where it explains it. Beyond 1.1 no verdict on it is a promise.
         misfit: Sourced<Pure> where not_negative => none("not judged");
         /// Modes of the flexible shaft.

@@ -3,14 +3,12 @@
 use crate::files::figure::Power;
 use crate::head::power::PowerLaw;
 use crate::head::recipe::{LaserDelays, Recipe, SkyWriting};
+use crate::head::vector::STRONGEST;
 use meltpath_base::settings::{self, Problem, Problems, Sourced};
 use meltpath_base::{Speed, Time, table};
 
 /// Fastest spot that mirrors draw, mm/s: 1 km/s.
 const FASTEST: f64 = 1e6;
-
-/// Strongest laser, W.
-const STRONGEST: f64 = 1e6;
 
 /// Longest wait, s.
 const LONGEST: f64 = 3600.0;
@@ -29,7 +27,7 @@ table! {
         /// Speed of jumps between fill lines.
         fill_jump_speed: Sourced<Speed> where up_to(FASTEST) => required;
         /// Power of the laser.
-        power: Sourced<Power> where within(0.0, STRONGEST) => required;
+        power: Sourced<Power> where up_to(STRONGEST) => required;
         /// Wait after a jump.
         jump_wait: Sourced<Time> where within(0.0, LONGEST) => required;
         /// Wait at the end of a mark.

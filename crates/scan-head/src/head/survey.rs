@@ -65,7 +65,7 @@ impl ReadyHead {
             let mut marked = 0.0;
             for (i, v) in job.vectors.iter().enumerate() {
                 let (moving, waiting) = job.samples_of(i, period);
-                found.samples += moving + waiting;
+                found.samples = found.samples.saturating_add(moving).saturating_add(waiting);
                 let length = job.length_of(i);
                 match v.kind {
                     Role::Contour => found.contours += length,

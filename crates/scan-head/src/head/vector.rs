@@ -6,6 +6,8 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Role;
 use serde::{Deserialize, Serialize};
 
+/// Strongest laser, W.
+pub(crate) const STRONGEST: f64 = 1e6;
 /// Rounding of a length in samples that is whole but for the last bits.
 const WHOLE: f64 = 1e-9;
 
@@ -101,8 +103,15 @@ impl ScanJob {
             if !(v.speed > 0.0 && v.speed.is_finite()) {
                 return fail("the speed", v.speed, "positive and finite (mm/s)");
             }
-            if !(v.power >= 0.0 && v.power.is_finite()) {
-                return fail("the power", v.power, "finite and not negative (W)");
+            if !(0.0..=STRONGEST).contains(&v.power) {
+                return fail("the power", v.power, "not negative, and at most 1 MW (W)");
+            }
+            if v.power == 0.0 && v.kind.deposits() {
+                return fail(
+                    "the power",
+                    v.power,
+                    "above zero: a mark without power lights nothing (W)",
+                );
             }
             if !(v.wait >= 0.0 && v.wait.is_finite()) {
                 return fail("the wait", v.wait, "finite and not negative (s)");

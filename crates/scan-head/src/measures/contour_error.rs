@@ -5,6 +5,7 @@
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
+use crate::measures::dark_way::{ContourLight, Dark, DarkWay, LightReach};
 use crate::measures::histogram::Histogram;
 use crate::measures::segment::distance_to_segment;
 use meltpath_geometry::math::DVec2;
@@ -21,13 +22,15 @@ const ANGLE_BIN: f64 = 1e-4;
 const NANOMETRES: f64 = 1e6;
 
 /// A vector under consideration: where it starts and ends, and the last sample at which it is commanded.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Candidate {
     vector: u32,
     a: DVec2,
     b: DVec2,
     kind: Role,
     until: u64,
+    /// Of a contour, what of it is lit.
+    contour: Option<ContourLight>,
 }
 
 /// Judges a run against its job while it streams: contour errors of lit points, tracking errors of each axis on marks and on
@@ -37,6 +40,10 @@ pub struct PathErrors {
     /// Vectors commanded in the last `window` samples, oldest first.
     near: VecDeque<Candidate>,
     window: u64,
+    reach: LightReach,
+    dark: DarkWay,
+    /// The contour that the last point, if it was lit, lay nearest to, and how far along it, mm.
+    foot: Option<(u32, f64)>,
     /// Contour errors of lit points on contours, mm.
     pub contour: Histogram,
     /// The same by the way that the spot goes between points, one a nanometre: where it stands, lit, at a corner, no more counts.
@@ -57,12 +64,15 @@ pub struct PathErrors {
 }
 
 impl PathErrors {
-    /// Lit points are compared with marks commanded at most `window` s before.
-    pub fn new(window: f64, period: f64) -> Self {
+    /// Lit points are compared with marks commanded at most `window` s before; a contour is dark where no light reaches it.
+    pub fn new(window: f64, period: f64, reach: LightReach) -> Self {
         let angles = || [(); 3].map(|()| Histogram::new(ANGLE_BIN, 20_000));
         PathErrors {
             near: VecDeque::new(),
             window: (window / period).ceil() as u64,
+            reach,
+            dark: DarkWay::default(),
+            foot: None,
             contour: Histogram::new(CONTOUR_BIN, 2_000),
             contour_way: Histogram::new(CONTOUR_BIN, 2_000),
             last: None,
@@ -80,22 +90,107 @@ impl PathErrors {
             Some(last) if last.vector == vector => last.until = sample,
             _ => {
                 let v = &layer.job.vectors[i];
+                let (a, b) = (layer.job.start_of(i).truncate(), v.end.truncate());
+                let contour = ContourLight::new(vector, layer.number, [a, b]);
                 self.near.push_back(Candidate {
                     vector,
-                    a: layer.job.start_of(i).truncate(),
-                    b: v.end.truncate(),
+                    a,
+                    b,
                     kind: v.kind,
                     until: sample,
+                    contour: (v.kind == Role::Contour).then_some(contour),
                 });
             }
         }
-        while self
+        while let Some(mut first) = self
             .near
-            .front()
-            .is_some_and(|c| c.until + self.window < sample)
+            .pop_front_if(|first| first.until + self.window < sample)
         {
-            self.near.pop_front();
+            if let Some(contour) = &mut first.contour {
+                self.dark.close(contour);
+            }
         }
+    }
+
+    /// Light on the contour of candidate `at` goes along a stroke: what it reaches is lit, and what it passes.
+    fn light(&mut self, stroke: [DVec2; 2], at: usize) {
+        let far = self.reach.aside + stroke[0].distance(stroke[1]);
+        for candidate in &mut self.near {
+            let distance = distance_to_segment(stroke[1], candidate.a, candidate.b);
+            if let Some(contour) = candidate.contour.as_mut().filter(|_| distance <= far) {
+                contour.light(stroke, self.reach.aside);
+            }
+        }
+        let Candidate {
+            vector,
+            contour: Some(contour),
+            ..
+        } = &self.near[at]
+        else {
+            return;
+        };
+        let here = (*vector, contour.foot(stroke[1]));
+        if let Some(last) = self.foot.replace(here) {
+            self.pass(last, at, here);
+        }
+    }
+
+    /// Light went on without a break from a place of one contour to a place of another one or of the same, candidate `at`: what of
+    /// contours lies between is passed, if it is short and leads there.
+    fn pass(&mut self, last: (u32, f64), at: usize, here: (u32, f64)) {
+        let Some(begin) = here
+            .0
+            .checked_sub(last.0)
+            .and_then(|back| at.checked_sub(back as usize))
+        else {
+            return;
+        };
+        let mut stretches = Vec::with_capacity(at - begin + 1);
+        for (k, candidate) in self.near.range(begin..=at).enumerate() {
+            let Some(contour) = &candidate.contour else {
+                return;
+            };
+            let from = if k == 0 { last.1 } else { 0.0 };
+            let to = if begin + k == at {
+                here.1
+            } else {
+                contour.length()
+            };
+            stretches.push([from, to]);
+        }
+        let whole: f64 = stretches.iter().map(|[from, to]| to - from).sum();
+        if !(0.0..=self.reach.past).contains(&whole) {
+            return;
+        }
+        let passed = self.near.range_mut(begin..=at);
+        for (contour, stretch) in passed.filter_map(|c| c.contour.as_mut()).zip(stretches) {
+            contour.pass(stretch);
+        }
+    }
+
+    /// What of the contours stayed dark.
+    pub fn dark(&self) -> Dark {
+        let mut all = self.dark.clone();
+        for contour in self.near.iter().filter_map(|c| c.contour.as_ref()) {
+            all.close(&mut contour.clone());
+        }
+        all.found()
+    }
+
+    /// The share of the way along contours within `bound` mm of the commanded marks: of what is lit, and of what stays dark none.
+    /// With `strays`, each point strays besides by so much, mm, one standard deviation.
+    pub fn contour_share(&self, bound: f64, strays: Option<f64>) -> f64 {
+        let way = &self.contour_way;
+        let dark = NANOMETRES * self.dark().length;
+        let lit = way.total() as f64;
+        if lit + dark == 0.0 {
+            return 1.0;
+        }
+        let within = match strays {
+            Some(sigma) => way.share_with_strays(bound, sigma),
+            None => way.share_below(bound),
+        };
+        within * lit / (lit + dark)
     }
 }
 
@@ -123,22 +218,27 @@ impl HeadSink for PathErrors {
             }
             if block.lit[k] < 0.5 {
                 self.last = None;
+                self.foot = None;
                 continue;
             }
             let p = block.hit[k];
-            let way = self.last.replace(p).map_or(0.0, |last| last.distance(p));
+            let from = self.last.replace(p).unwrap_or(p);
+            let way = from.distance(p);
             let closest = self
                 .near
                 .iter()
-                .filter(|c| c.kind.deposits())
-                .map(|c| (distance_to_segment(p, c.a, c.b), c.kind))
+                .enumerate()
+                .filter(|(_, c)| c.kind.deposits())
+                .map(|(at, c)| (distance_to_segment(p, c.a, c.b), c.kind, at))
                 .min_by(|x, y| x.0.total_cmp(&y.0));
-            if let Some((error, kind)) = closest {
+            if let Some((error, kind, at)) = closest {
                 if kind == Role::Contour {
+                    self.light([from, p], at);
                     self.contour.add(error);
                     self.contour_way
                         .add_many(error, (NANOMETRES * way).round() as u64);
                 } else {
+                    self.foot = None;
                     self.fill.add(error);
                 }
                 if error > self.worst_error {

@@ -1,7 +1,7 @@
-//! Fill rate: the share of a surface that the marking reaches, on cells as wide as the spot.
+//! Fill rate: the share of a surface that the marking reaches, on cells as wide as the spot or on the surface itself.
 //!
 //! Source: Rasoanarivo 2020, § 2.6.2, fig. 2.73. "Reached" is not defined there and decides the number
-//! (docs/theory/sources.md): three modes, and the mode is told with every number.
+//! (docs/theory/sources.md): several modes, and the mode is told with every number.
 
 use std::sync::Arc;
 
@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
+use crate::measures::fill_share::AreaFill;
+use crate::measures::swept_surface::{Rate, SweptSurface};
 use meltpath_toolpath::Role;
 
 /// When a cell counts as reached.
@@ -25,6 +27,8 @@ pub enum FillMode {
     Segments,
     /// Its centre lies under the spot swept along the lit path.
     SweptSpot,
+    /// No cells: the surface itself under the spot swept along the lit path. It does not depend on where a grid lies.
+    SweptSurface,
 }
 
 impl FillMode {
@@ -34,6 +38,7 @@ impl FillMode {
             FillMode::SampledPoints { .. } => "cells with a lit sample",
             FillMode::Segments => "cells crossed by the lit path",
             FillMode::SweptSpot => "cell centres under the swept spot",
+            FillMode::SweptSurface => "surface under the swept spot",
         }
     }
 }
@@ -66,9 +71,9 @@ impl Cells {
     }
 
     /// Cells over lines, of which those count whose centre lies beside a line, at most half of `hatch` mm away.
-    fn beside_lines(lines: &[(DVec2, DVec2)], hatch: f64, cell: f64) -> Self {
+    fn beside_lines(lines: &[[DVec2; 2]], hatch: f64, cell: f64) -> Self {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for &(a, b) in lines {
+        for &[a, b] in lines {
             low = low.min(a).min(b);
             high = high.max(a).max(b);
         }
@@ -77,7 +82,7 @@ impl Cells {
         }
         let half = 0.5 * hatch;
         let mut cells = Cells::new(low - half, high + half, cell);
-        for &(a, b) in lines {
+        for &[a, b] in lines {
             let along = (b - a).normalize_or_zero();
             let length = a.distance(b);
             cells.near(a, b, half, |centre| {
@@ -191,21 +196,95 @@ impl Surface {
         }
     }
 
-    /// The cells of that area, as wide as the spot.
-    fn cells(&self, layer: &Prepared, area: u32, spot: f64) -> Cells {
+    /// That area, of which nothing is reached yet.
+    fn begin(&self, layer: &Prepared, area: u32, spot: f64, modes: &[FillMode]) -> Area {
         match self {
             Surface::Rectangles(all) => {
                 let [low, high] = all.get(area as usize).copied().unwrap_or_default();
-                Cells::new(low, high, spot)
+                let reached = modes.iter().map(|mode| match mode {
+                    FillMode::SweptSurface => {
+                        Reached::Surface(SweptSurface::rectangle(low, high, spot))
+                    }
+                    _ => Reached::Cells(Cells::new(low, high, spot)),
+                });
+                Area {
+                    key: area,
+                    layer: layer.number,
+                    middle: low.midpoint(high),
+                    surface: (high - low).element_product(),
+                    reached: reached.collect(),
+                }
             }
             Surface::Layers(hatch) => {
                 let job = &layer.job;
-                let lines: Vec<(DVec2, DVec2)> = (0..job.vectors.len())
+                let lines: Vec<[DVec2; 2]> = (0..job.vectors.len())
                     .filter(|&i| job.vectors[i].kind == Role::Fill)
-                    .map(|i| (job.start_of(i).truncate(), job.vectors[i].end.truncate()))
+                    .map(|i| [job.start_of(i).truncate(), job.vectors[i].end.truncate()])
+                    .filter(|[a, b]| a != b)
                     .collect();
-                Cells::beside_lines(&lines, *hatch, spot)
+                let reached = modes.iter().map(|mode| match mode {
+                    FillMode::SweptSurface => {
+                        Reached::Surface(SweptSurface::beside_lines(&lines, *hatch, spot))
+                    }
+                    _ => Reached::Cells(Cells::beside_lines(&lines, *hatch, spot)),
+                });
+                let ends = lines.iter().flatten();
+                Area {
+                    key: area,
+                    layer: layer.number,
+                    middle: ends.clone().sum::<DVec2>() / (2 * lines.len()).max(1) as f64,
+                    // what lines of that distance fill, where no surface is measured
+                    surface: lines.iter().map(|[a, b]| hatch * a.distance(*b)).sum(),
+                    reached: reached.collect(),
+                }
             }
+        }
+    }
+}
+
+/// What is reached of an area in one mode.
+#[derive(Debug)]
+enum Reached {
+    Cells(Cells),
+    Surface(SweptSurface),
+}
+
+/// A square or layer while it is marked.
+#[derive(Debug)]
+struct Area {
+    /// By what its vectors are known.
+    key: u32,
+    layer: u32,
+    middle: DVec2,
+    surface: f64,
+    /// In each mode.
+    reached: Vec<Reached>,
+}
+
+impl Area {
+    fn finish(mut self) -> AreaFill {
+        let mut rates = Vec::with_capacity(self.reached.len());
+        for reached in &mut self.reached {
+            rates.push(match reached {
+                Reached::Cells(cells) => Rate {
+                    share: cells.rate(),
+                    doubt: 0.0,
+                },
+                Reached::Surface(surface) => {
+                    let (measured, rate) = surface.rate();
+                    self.surface = measured;
+                    rate
+                }
+            });
+        }
+        if self.surface <= 0.0 {
+            rates.clear();
+        }
+        AreaFill {
+            layer: self.layer,
+            middle: self.middle,
+            surface: self.surface,
+            rates,
         }
     }
 }
@@ -218,12 +297,10 @@ pub struct FillRate {
     /// Diameter of the spot and side of the cells, mm.
     spot: f64,
     modes: Vec<FillMode>,
-    /// The square or layer now, and its cells in each mode.
-    area: Option<u32>,
-    cells: Vec<Cells>,
+    /// The square or layer now.
+    area: Option<Area>,
     last: Option<DVec2>,
-    /// For each finished area, the rate in each mode.
-    rates: Vec<Vec<f64>>,
+    finished: Vec<AreaFill>,
 }
 
 impl FillRate {
@@ -244,24 +321,20 @@ impl FillRate {
             spot,
             modes: modes.to_vec(),
             area: None,
-            cells: Vec::new(),
             last: None,
-            rates: Vec::new(),
+            finished: Vec::new(),
         }
     }
 
     /// Ends the area now.
     fn leave(&mut self) {
-        if self.area.take().is_some() {
-            let rates = self.cells.iter().map(Cells::rate).collect();
-            self.rates.push(rates);
-        }
+        self.finished.extend(self.area.take().map(Area::finish));
     }
 
-    /// For each square or layer, in order, its rate in each mode.
-    pub fn finish(mut self) -> Vec<Vec<f64>> {
+    /// How each square or layer was filled, in order.
+    pub fn finish(mut self) -> Vec<AreaFill> {
         self.leave();
-        self.rates
+        self.finished
     }
 }
 
@@ -272,12 +345,10 @@ impl HeadSink for FillRate {
             let Some((layer, i)) = block.vector(k) else {
                 continue;
             };
-            let area = self.surface.area(layer, i);
-            if self.area != Some(area) {
+            let key = self.surface.area(layer, i);
+            if self.area.as_ref().is_none_or(|area| area.key != key) {
                 self.leave();
-                let cells = self.surface.cells(layer, area, self.spot);
-                self.area = Some(area);
-                self.cells = vec![cells; self.modes.len()];
+                self.area = Some(self.surface.begin(layer, key, self.spot, &self.modes));
                 self.last = None;
             }
             // the light of a fill may last into the wait or the connection behind it, not into contours
@@ -286,20 +357,21 @@ impl HeadSink for FillRate {
                 self.last = None;
                 continue;
             }
-            let from = self.last.unwrap_or(p);
-            for (cells, mode) in self.cells.iter_mut().zip(&self.modes) {
-                match *mode {
-                    FillMode::SampledPoints { every } => {
-                        if (block.command.first + k as u64).is_multiple_of(u64::from(every.max(1)))
-                        {
+            let from = self.last.replace(p).unwrap_or(p);
+            let reached = self.area.iter_mut().flat_map(|area| &mut area.reached);
+            for (reached, mode) in reached.zip(&self.modes) {
+                match (reached, mode) {
+                    (Reached::Surface(surface), _) => surface.sweep([from, p], radius),
+                    (Reached::Cells(cells), FillMode::SampledPoints { every }) => {
+                        let sample = block.command.first + k as u64;
+                        if sample.is_multiple_of(u64::from((*every).max(1))) {
                             cells.point(p);
                         }
                     }
-                    FillMode::Segments => cells.segment(from, p),
-                    FillMode::SweptSpot => cells.swept(from, p, radius),
+                    (Reached::Cells(cells), FillMode::Segments) => cells.segment(from, p),
+                    (Reached::Cells(cells), _) => cells.swept(from, p, radius),
                 }
             }
-            self.last = Some(p);
         }
     }
 }

@@ -8,10 +8,16 @@ use meltpath_scan_head::head::interpolation::CommandBlock;
 use meltpath_scan_head::head::prepared::Prepared;
 use meltpath_scan_head::head::vector::{ScanJob, Vector};
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::dark_way::LightReach;
 use meltpath_toolpath::Role;
 
 /// What is measured of spots that hit where they are told, each during one of the vectors along a path.
-fn measured(path: &[DVec2], hits: &[DVec2], vectors: &[u32]) -> PathErrors {
+fn measured(
+    path: &[DVec2],
+    hits: &[DVec2],
+    vectors: &[u32],
+    lit: impl Fn(usize) -> bool,
+) -> PathErrors {
     let contour = |p: &DVec2| Vector {
         kind: Role::Contour,
         end: p.extend(0.0),
@@ -25,7 +31,7 @@ fn measured(path: &[DVec2], hits: &[DVec2], vectors: &[u32]) -> PathErrors {
         vectors: path[1..].iter().map(contour).collect(),
     };
     let n = hits.len();
-    let mut errors = PathErrors::new(1.0, 1e-5);
+    let mut errors = PathErrors::new(1.0, 1e-5, LightReach::of(0.065, 0.03));
     errors.block(&HeadBlock {
         period: 1e-5,
         command: CommandBlock {
@@ -35,7 +41,7 @@ fn measured(path: &[DVec2], hits: &[DVec2], vectors: &[u32]) -> PathErrors {
             moving: vec![true; n],
         },
         layers: vec![Arc::new(Prepared::of(job))],
-        lit: vec![1.0; n],
+        lit: (0..n).map(|k| f64::from(u8::from(lit(k)))).collect(),
         focus: vec![0.0; n],
         hit: hits.to_vec(),
         ..HeadBlock::default()
@@ -47,7 +53,7 @@ fn measured(path: &[DVec2], hits: &[DVec2], vectors: &[u32]) -> PathErrors {
 #[test]
 fn lpbf_ac37_contour_error() {
     let errors = |path: &[DVec2], hits: &[DVec2], vectors: &[u32]| {
-        let errors = measured(path, hits, vectors);
+        let errors = measured(path, hits, vectors, |_| true);
         assert_eq!(errors.contour.total(), hits.len() as u64);
         [errors.contour.mean(), errors.contour.largest]
     };
@@ -82,7 +88,63 @@ fn a_spot_that_stands_makes_no_contour_better() {
         .collect();
     hits.extend(vec![DVec2::new(9.99, 0.0); 9000]);
     let path = [DVec2::ZERO, DVec2::new(10.0, 0.0)];
-    let errors = measured(&path, &hits, &vec![0; hits.len()]);
+    let errors = measured(&path, &hits, &vec![0; hits.len()], |_| true);
     assert!((errors.contour.share_below(0.03) - 0.98).abs() < 1e-9);
     assert!((errors.contour_way.share_below(0.03) - 0.8).abs() < 0.01);
+}
+
+/// Two contours in a row of which the spot passes over all but 2 mm round their common end: the stretch is one, as long as what no
+/// light reaches, and counts as not within.
+#[test]
+fn what_no_light_reaches_is_dark() {
+    let path = [DVec2::ZERO, DVec2::X * 10.0, DVec2::new(10.0, 10.0)];
+    let hit = |k: u32| match f64::from(k) * 0.01 {
+        at if at <= 10.0 => DVec2::X * at,
+        at => DVec2::new(10.0, at - 10.0),
+    };
+    let samples: Vec<u32> = (0..=2000).collect();
+    let hits: Vec<DVec2> = samples.iter().map(|k| hit(*k)).collect();
+    let vectors: Vec<u32> = samples.iter().map(|k| u32::from(*k > 1000)).collect();
+    let whole = measured(&path, &hits, &vectors, |_| true);
+    assert!(whole.dark().length < 1e-6, "{:?}", whole.dark());
+    let lit = |k: usize| !(900..1100).contains(&k);
+    let errors = measured(&path, &hits, &vectors, lit);
+    let dark = errors.dark();
+    assert!((dark.commanded - 20.0).abs() < 1e-9);
+    // a reach of 0.065 mm at either end, and a sample
+    assert!(
+        (dark.longest.length - (2.0 - 0.13)).abs() < 0.02,
+        "{dark:?}"
+    );
+    assert!((dark.length - dark.longest.length).abs() < 1e-6);
+    assert!(dark.longest.from.distance(DVec2::new(9.055, 0.0)) < 0.02);
+    let share = errors.contour_share(0.03, None);
+    assert!((share - (1.0 - dark.length / 20.0)).abs() < 2e-3, "{share}");
+}
+
+/// A corner that the lit spot cuts by 0.1 mm is beside its mark, not dark; a tip of 2 mm that it leaves out is.
+#[test]
+fn a_corner_that_is_cut_is_not_dark() {
+    for (sides, dark) in [
+        ([DVec2::X * 5.0, DVec2::new(5.0, 5.0)], 0.0),
+        ([DVec2::X * 5.0, DVec2::new(0.0, 0.2)], 4.0),
+    ] {
+        let (corner, end) = (sides[0], sides[1]);
+        let cut = if dark > 0.0 { 2.0 } else { 0.1 };
+        let leave = corner - DVec2::X * cut;
+        let enter = corner + (end - corner).normalize() * cut;
+        let path = [DVec2::ZERO, corner, end];
+        let way = [DVec2::ZERO, leave, enter, end];
+        let mut hits = Vec::new();
+        for ends in way.windows(2) {
+            let count = (ends[0].distance(ends[1]) / 0.01).ceil() as usize;
+            hits.extend((0..count).map(|k| ends[0].lerp(ends[1], k as f64 / count as f64)));
+        }
+        let mut vectors = vec![1; hits.len()];
+        vectors[..250].fill(0);
+        let found = measured(&path, &hits, &vectors, |_| true).dark();
+        let off = (found.length - dark).abs();
+        assert!(off < 0.3, "{found:?} {dark}");
+        assert!(dark > 0.0 || found.length < 1e-6, "{found:?}");
+    }
 }

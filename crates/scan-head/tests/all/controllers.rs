@@ -133,7 +133,7 @@ fn told_with(
         p99: h[0].quantile(0.99),
         contour: [0.01, 0.02, 0.03, 0.1, 0.2, 0.3].map(|t| path.contour.share_below(t)),
         largest: path.contour.largest,
-        fill: [fill[0][0], fill[0][1]],
+        fill: [0, 1].map(|m| fill[0].rates[m].share),
     }
 }
 

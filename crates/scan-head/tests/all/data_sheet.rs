@@ -7,6 +7,7 @@ use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::head::vector::{ScanJob, Vector};
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::dark_way::LightReach;
 use meltpath_toolpath::Role;
 
 const HEAD: &str = r#"
@@ -63,7 +64,7 @@ fn a_corner_is_cut_as_the_closed_form_tells() {
             ],
         };
         let delays = LaserDelays { on: 2e-3, off: 0.0 };
-        let mut errors = PathErrors::new(1e-3, head.head().period);
+        let mut errors = PathErrors::new(1e-3, head.head().period, LightReach::of(0.065, 0.03));
         let samples = head.survey(alone(&job)).unwrap().samples;
         head.run_layers(alone(&job), (delays, samples), 1, &Silent, &mut errors)
             .unwrap();

@@ -18,6 +18,7 @@ use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::head::window::Window;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{Cells, FillMode, FillRate};
+use meltpath_scan_head::measures::fill_share::AreaFill;
 use meltpath_scan_head::measures::hatch::HatchDistance;
 
 use super::reference::{job_of, measured, one, recipes, three_axis_data, two_axis_data};
@@ -68,6 +69,10 @@ fn lpbf_ac39_job_times() {
     );
 }
 
+fn shares(area: &AreaFill) -> Vec<f64> {
+    area.rates.iter().map(|rate| rate.share).collect()
+}
+
 /// Fill rates of the commanded path itself, in the given modes.
 fn ideal(plate: SquarePlate, speed: f64, period: f64, modes: &[FillMode]) -> Vec<f64> {
     let mut recipe = recipes()[0].clone();
@@ -94,7 +99,7 @@ fn ideal(plate: SquarePlate, speed: f64, period: f64, modes: &[FillMode]) -> Vec
         };
         rate.block(&block);
     }
-    rate.finish().remove(0)
+    shares(&rate.finish()[0])
 }
 
 #[test]
@@ -238,7 +243,7 @@ fn run(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> (PathTold, Vec<
         p99: sinks.0.tracking[0].quantile(0.99),
         below: [0.01, 0.02, 0.03, 0.1].map(|t| sinks.0.contour.share_below(t)),
     };
-    (told, sinks.1.finish())
+    (told, sinks.1.finish().iter().map(shares).collect())
 }
 
 /// Tracking medians of X and Y (deg), their 99th percentile on X, shares of contour points below 10, 20, 30, 100 µm.
@@ -439,7 +444,7 @@ fn lpbf_ac41_where_the_fill_goes() {
                 let mut fill = FillRate::of_rectangles(plate.fill_areas(), 0.07, &modes);
                 let ready = head.ready().unwrap();
                 ready.run(&job, delays, 1, &Silent, &mut fill).unwrap();
-                100.0 * fill.finish()[0][0]
+                100.0 * shares(&fill.finish()[0])[0]
             };
             let ideal = 100.0 * ideal(plate, recipe.fill_speed, head.period, &modes)[0];
             let lag = mirror_lag(&head);

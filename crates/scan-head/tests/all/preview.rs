@@ -12,6 +12,7 @@ use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::dark_way::LightReach;
 use meltpath_scan_head::servo::preview::{PreviewDesign, Previews, preview, synchronise};
 use meltpath_toolpath::{Layer, PassHead, Role};
 
@@ -54,7 +55,7 @@ fn contour_of(head: &ScanHead, previews: Option<&Previews>, job: &ScanJob, on: f
     if let Some(p) = previews {
         ready = ready.with_previews(p.clone());
     }
-    let mut errors = PathErrors::new(2e-3, head.period);
+    let mut errors = PathErrors::new(2e-3, head.period, LightReach::of(0.065, 0.03));
     let delays = LaserDelays { on, off: 0.0 };
     ready.run(job, delays, 1, &Silent, &mut errors).unwrap();
     [

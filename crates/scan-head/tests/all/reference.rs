@@ -8,6 +8,7 @@ use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::dark_way::LightReach;
 use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
 
 /// A head's file, its plate as one that is planned.
@@ -54,7 +55,10 @@ pub(crate) fn job_of(plate: &SquarePlate, recipe: &Recipe) -> ScanJob {
 pub(crate) fn measured(plate: &SquarePlate, period: f64) -> (PathErrors, FillRate) {
     let modes = [FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot];
     let fill = FillRate::of_rectangles(plate.fill_areas(), 0.07, &modes);
-    (PathErrors::new(2e-3, period), fill)
+    (
+        PathErrors::new(2e-3, period, LightReach::of(0.065, 0.03)),
+        fill,
+    )
 }
 
 pub(crate) fn two_axis() -> ScanHead {

@@ -6,6 +6,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Sender, channel};
 
+use meltpath_base::number::significant;
 use meltpath_base::{Place, Reporter};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_programs::toolpath_3mf::{Found, Kind};
@@ -91,6 +92,40 @@ fn layers(path: &Path, told: Sender<Found>) -> Result<Read, String> {
     }
 }
 
+/// The heights of layers as they come.
+#[derive(Debug, Default)]
+struct Heights {
+    /// The number and the height of the last one, mm.
+    before: Option<(u32, f64)>,
+}
+
+impl Heights {
+    /// Tells a layer that lies no higher than the one before it. Where nothing is said of heights they are all zero.
+    fn take(&mut self, layer: &Layer, shown: &str, reporter: &Reporter) {
+        let (number, height) = (layer.number, layer.height);
+        let Some((last, before)) = self.before.replace((number, height)) else {
+            return;
+        };
+        if height > before || (height == 0.0 && before == 0.0) {
+            return;
+        }
+        let place = Place {
+            file: Some(shown.to_owned()),
+            ..Place::layer(number)
+        };
+        reporter.warn_at(
+            "layers-out-of-order",
+            format!(
+                "layer {number}, at {} mm, lies no higher than layer {last} before it, at {} mm",
+                significant(height, 4),
+                significant(before, 4)
+            ),
+            place,
+            "export the layers once each, from the lowest up",
+        );
+    }
+}
+
 impl FileLayers {
     /// Looks through a layer file (`.cli`), vector list (`.csv`) or planar 3MF toolpath (`.3mf`) and chooses its layers. What is wrong comes back
     /// in words; what is not followed is a warning.
@@ -109,11 +144,16 @@ impl FileLayers {
         let mut all: Option<[u32; 2]> = None;
         let mut numbers = [0; 2];
         let mut only: Option<Layer> = None;
+        let mut heights = Heights::default();
         for layer in layers(path, tell).map_err(named)? {
             let layer = layer.map_err(named)?;
             let number = layer.number;
+            heights.take(&layer, shown, reporter);
             count += 1;
-            all = Some([all.map_or(number, |n| n[0]), number]);
+            all = Some([
+                all.map_or(number, |n| n[0].min(number)),
+                all.map_or(number, |n| n[1].max(number)),
+            ]);
             let marked = layer.deposited_length();
             let wanted = match *table.range {
                 None => marked > longest,
@@ -151,9 +191,14 @@ impl FileLayers {
                 "\"{shown}\" marks nothing in any of its {count} layers"
             ));
         }
+        let [first, last] = table.range.unwrap_or_default();
+        let [lowest, highest] = all.unwrap_or_default();
+        if table.range.is_some() && (first < lowest || last > highest) {
+            return Err(format!(
+                "the layers {first} to {last} are not all in \"{shown}\": it holds the layers {lowest} to {highest}; write [layers] range within them"
+            ));
+        }
         if chosen == 0 {
-            let [first, last] = table.range.unwrap_or_default();
-            let [lowest, highest] = all.unwrap_or_default();
             return Err(format!(
                 "none of the layers {first} to {last} of \"{shown}\" marks anything; it holds the layers {lowest} to {highest}"
             ));

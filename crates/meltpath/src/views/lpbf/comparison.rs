@@ -71,7 +71,7 @@ impl<'a> Comparison<'a> {
         for &limit in limits {
             self.add(
                 &format!("way along contours below {limit:.0} µm, %"),
-                &|r| Cell::Fixed(100.0 * r.errors.contour_way.share_below(1e-3 * limit), 2),
+                &|r| Cell::Fixed(100.0 * r.errors.contour_share(1e-3 * limit, None), 2),
             );
         }
         self.add("largest contour error, µm", &|r| {
@@ -99,11 +99,8 @@ impl<'a> Comparison<'a> {
     fn fills(&mut self) {
         for (m, mode) in MODES.iter().enumerate() {
             self.add(&format!("fill rate, {}, %", mode.words()), &|r| {
-                if r.fills() {
-                    Cell::Fixed(100.0 * r.fill[m], 2)
-                } else {
-                    Cell::Empty
-                }
+                let whole = r.fill(m).map(|fill| fill.whole.share);
+                whole.map_or(Cell::Empty, |share| Cell::Fixed(100.0 * share, 2))
             });
         }
         for (q, name) in [(0.5, "median"), (0.99, "99 % of pieces below")] {

@@ -14,7 +14,7 @@ use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::search::{Candidate, Found};
 
 use crate::lpbf::optimise::SIDE;
-use crate::lpbf::result::MODES;
+use crate::lpbf::result::{JUDGED, MODES};
 
 /// Rows of the table of recipes that nothing beats, at most.
 const ROWS: usize = 14;
@@ -64,7 +64,7 @@ pub(super) fn section(found: &Found) -> Section {
         100.0 * found.bounds.contour_share,
         1e3 * found.bounds.contour_error,
         100.0 * found.bounds.fill_rate,
-        MODES[2].words()
+        MODES[JUDGED].words()
     )
     .clone_into(&mut table.note);
     let dots = |name: &str, wanted: &dyn Fn(&Candidate) -> bool, of: &dyn Fn(&Candidate) -> f64| {
@@ -83,14 +83,14 @@ pub(super) fn section(found: &Found) -> Section {
         let [low, high] = padded(found.tried.iter().map(of).chain([bound]));
         let time = Axis::new("time of the job", "s").between(times[0], times[1]);
         Plot::new(title, time, axis.between(low, high))
-            .with(dots("keeps a bound only, or none", &|c| !c.within, of))
-            .with(dots("within bounds", &|c| c.within, of))
+            .with(dots("keeps one bound there, or none", &|c| !c.within, of))
+            .with(dots("within bounds there", &|c| c.within, of))
             .with(dots("found", &|c| found.best.as_ref() == Some(c), of))
             .limit("bound", bound)
     };
     Section::new(
         "A faster recipe",
-        "Speeds, waits, jump speeds and the mirrors' first filter were searched, laser delays tuned for each: the shortest time within the bounds. \
+        "Speeds, waits, jump speeds and the mirrors' first filter were searched, laser delays tuned for each: the shortest time within the bounds there; what was found is judged on the whole job by the verdict. \
                 The head is judged, not the melt pool: power is that of the recipe, so faster marks bring less energy a millimetre.",
         vec![
             plot(

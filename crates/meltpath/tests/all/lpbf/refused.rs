@@ -76,6 +76,12 @@ fn with(text: &str, key: &str, value: &str) -> String {
     )
 }
 
+/// The three-axis head, whose controller takes laser delays of 0.1 s.
+fn patient() -> String {
+    let longest = "longest_laser_delay = { value = \"100 ms\", source = \"a trial\" }\n[geometry]";
+    THREE.replacen("[geometry]", longest, 1)
+}
+
 /// What a job with this head is refused with.
 fn own_head(folder: &Path, text: &str) -> String {
     fs::write(folder.join("own.toml"), text).unwrap();
@@ -149,6 +155,7 @@ fn an_unstable_axis_is_named_before_anything_runs() {
 #[test]
 fn recipes_without_sense_are_refused_at_their_name() {
     let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("head.toml"), patient()).unwrap();
     for (key, value, words) in [
         ("contour_speed", "0 mm/s", "contour_speed is 0"),
         ("fill_speed", "-5 mm/s", "fill_speed is -0.3"),
@@ -160,6 +167,7 @@ fn recipes_without_sense_are_refused_at_their_name() {
     ] {
         fs::write(dir.path().join("own.toml"), with(INDUSTRIAL, key, value)).unwrap();
         let job = Job {
+            head: "head.toml",
             recipe: "own.toml",
             rest: "[plate]\nblock = [1, 1]\nside = \"2 mm\"",
             ..Job::default()
@@ -172,7 +180,9 @@ fn recipes_without_sense_are_refused_at_their_name() {
 #[test]
 fn delays_longer_than_marks_are_told() {
     let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("head.toml"), patient()).unwrap();
     let job = |recipe| Job {
+        head: "head.toml",
         recipe,
         rest: "[plate]\nblock = [1, 1]\nside = \"2 mm\"",
         ..Job::default()
@@ -213,13 +223,14 @@ fn tuned_delays_light_every_mark_and_others_are_foretold() {
     let dir = tempfile::tempdir().unwrap();
     let text = with(INDUSTRIAL, "laser_on_delay", "3 ms");
     fs::write(dir.path().join("own.toml"), text).unwrap();
+    fs::write(dir.path().join("head.toml"), patient()).unwrap();
     let job = |head: &str, delays: &str, side: &str| {
         let text = format!(
             "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"{head}\"\nrecipes = [\"own.toml\"]\ndelays = \"{delays}\"\n[plate]\nblock = [1, 1]\nside = \"{side}\"\n"
         );
         write(dir.path(), "job.toml", text)
     };
-    let path = job("three-axis-350", "recipe", "2 mm");
+    let path = job("head.toml", "recipe", "2 mm");
     let lines = chain::doctor(&path, &Silent).unwrap().lines;
     let told = |n: &String| n.contains("foretold: fail") && n.contains("lpbf.delays = \"tuned\"");
     assert!(lines.iter().any(told), "{lines:?}");

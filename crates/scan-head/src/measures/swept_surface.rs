@@ -1,0 +1,157 @@
+//! How much of a surface the spot sweeps, to any accuracy that is wanted: on rows across the surface, exact along each.
+//!
+//! Cells as wide as the spot beat with the hatch, so that a rate on them depends on where the grid lies and may exceed what the
+//! spot's width over the hatch distance allows. Here each stroke covers an interval of each row it crosses. The rows lie at uneven
+//! distances, so that no hatch keeps step with them.
+
+use meltpath_geometry::math::DVec2;
+
+use super::sweep::{Covered, Line};
+
+/// Rows across a surface, at most.
+const ROWS: f64 = 4000.0;
+/// Mean distance of rows over the spot's diameter, at least.
+const FINEST: f64 = 0.01;
+/// Where in its strip each row lies: multiples of the golden ratio fall into step with nothing.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// The share of a surface that is swept, and one standard uncertainty of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Rate {
+    /// The share.
+    pub share: f64,
+    /// How far two halves of the rows differ from their mean; 0 where nothing but cells is counted.
+    pub doubt: f64,
+}
+
+/// A row: what must be swept of it, and what was.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    wanted: Covered,
+    swept: Covered,
+}
+
+/// A surface in rows along x.
+#[derive(Debug, Clone)]
+pub(super) struct SweptSurface {
+    low: DVec2,
+    /// Mean distance of rows, mm.
+    step: f64,
+    rows: Vec<Row>,
+}
+
+impl SweptSurface {
+    fn within(low: DVec2, high: DVec2, spot: f64) -> Self {
+        let height = (high.y - low.y).max(0.0);
+        let step = (height / ROWS).max(FINEST * spot);
+        let count = (height / step).ceil().clamp(0.0, ROWS) as usize;
+        SweptSurface {
+            low,
+            step,
+            rows: vec![Row::default(); count],
+        }
+    }
+
+    /// A rectangle, for a spot of that diameter, mm.
+    pub(super) fn rectangle(low: DVec2, high: DVec2, spot: f64) -> Self {
+        let mut found = Self::within(low, high, spot);
+        for row in &mut found.rows {
+            row.wanted.add([0.0, high.x - low.x]);
+        }
+        found
+    }
+
+    /// What lies beside lines, at most half of `hatch` mm away.
+    pub(super) fn beside_lines(lines: &[[DVec2; 2]], hatch: f64, spot: f64) -> Self {
+        let half = 0.5 * hatch;
+        let ends = || lines.iter().flatten();
+        let low = ends().fold(DVec2::INFINITY, |l, p| l.min(*p)) - half;
+        let high = ends().fold(DVec2::NEG_INFINITY, |h, p| h.max(*p)) + half;
+        if lines.is_empty() {
+            return Self::within(DVec2::ZERO, DVec2::ZERO, spot);
+        }
+        let mut found = Self::within(low, high, spot);
+        for &line in lines {
+            found.cut(line, half, |row, along| {
+                if let Some(interval) = along.beside(line, half) {
+                    row.wanted.add(interval);
+                }
+            });
+        }
+        found
+    }
+
+    /// Does something with each row that a stroke of that radius may cross.
+    fn cut(&mut self, [a, b]: [DVec2; 2], radius: f64, mut with: impl FnMut(&mut Row, Line)) {
+        let from = (a.y.min(b.y) - radius - self.low.y) / self.step - 1.0;
+        let to = (a.y.max(b.y) + radius - self.low.y) / self.step + 1.0;
+        let first = from.max(0.0) as usize;
+        let end = (to.max(0.0) as usize).min(self.rows.len());
+        for (k, row) in self.rows.iter_mut().enumerate().take(end).skip(first) {
+            let within = (k as f64 + (k as f64 * GOLDEN).fract()) * self.step;
+            let along = Line {
+                from: self.low + DVec2::Y * within,
+                along: DVec2::X,
+            };
+            with(row, along);
+        }
+    }
+
+    /// The spot of that radius, mm, goes from `a` to `b`.
+    pub(super) fn sweep(&mut self, stroke: [DVec2; 2], radius: f64) {
+        self.cut(stroke, radius, |row, along| {
+            if let Some(interval) = along.swept(stroke, radius) {
+                row.swept.add(interval);
+            }
+        });
+    }
+
+    /// The surface, mm², and the share that was swept.
+    pub(super) fn rate(&mut self) -> (f64, Rate) {
+        let mut halves = [[0.0; 2]; 2];
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            let [swept, wanted] = row.wanted.covered_by(&mut row.swept);
+            halves[k % 2][0] += swept;
+            halves[k % 2][1] += wanted;
+        }
+        let [even, odd] = halves;
+        let wanted = even[1] + odd[1];
+        let share = |[swept, wanted]: [f64; 2]| if wanted > 0.0 { swept / wanted } else { 0.0 };
+        let rate = Rate {
+            share: share([even[0] + odd[0], wanted]),
+            doubt: 0.5 * (share(even) - share(odd)).abs(),
+        };
+        (self.step * wanted, rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines whose distance the spot does not bridge: what is swept is the spot's width over the hatch distance, wherever they lie
+    /// and however they turn.
+    #[test]
+    fn what_lines_sweep_is_the_spot_over_the_hatch() {
+        for (spot, hatch) in [(0.08, 0.12), (0.05, 0.075), (0.08, 0.1), (0.07, 0.1)] {
+            for (turn, shift) in [(0.0, 0.0), (0.0, 0.037), (0.3, 0.01), (1.57, 0.0)] {
+                let way = DVec2::from_angle(turn);
+                let lines: Vec<[DVec2; 2]> = (0..40)
+                    .map(|k| {
+                        let from = way.perp() * (hatch * f64::from(k)) + DVec2::splat(shift);
+                        [from, from + 6.0 * way]
+                    })
+                    .collect();
+                let mut surface = SweptSurface::beside_lines(&lines, hatch, spot);
+                for line in &lines {
+                    surface.sweep(*line, 0.5 * spot);
+                }
+                let (area, rate) = surface.rate();
+                assert!((area - 40.0 * 6.0 * hatch).abs() < 1e-2 * area, "{area}");
+                let off = rate.share - spot / hatch;
+                assert!(off.abs() < 2e-3, "{spot} {hatch} {turn}: {rate:?}");
+                assert!(off.abs() < 4.0 * rate.doubt + 5e-4, "{off} {rate:?}");
+            }
+        }
+    }
+}
