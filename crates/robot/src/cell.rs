@@ -16,4 +16,4 @@ pub use layout::{
     Arrangement, Cell, External, Frames, Holder, Maker, Shapes, Source, Table, Values,
 };
 pub use stance::Stance;
-pub use urdf::{UrdfError, from_urdf};
+pub use urdf::{JointFault, UrdfError, from_urdf};

@@ -131,7 +131,7 @@ fn arm(
         problems.extend(settings::broken(rules));
     }
     let sign = signs.unwrap_or([1.0; 6]);
-    let (chain, geometry) = match *table.kind {
+    let (mut chain, geometry) = match *table.kind {
         ArmKind::SphericalWrist => {
             let keys = [
                 &table.shoulder_height,
@@ -184,6 +184,11 @@ fn arm(
             )
         }
     };
+    let end_from_flange = frame::pose(*table.flange_offset, *table.flange_angles);
+    let end_from_flange = (end_from_flange != Pose::IDENTITY).then_some(end_from_flange);
+    if let Some(turned) = end_from_flange {
+        chain.last_from_end = chain.last_from_end.then(turned);
+    }
     let coupling = match *joints.elbow_shows {
         ElbowShows::Joint => 0.0,
         // the forearm's angle to the level counts as the third joint does: both together, less what the second adds
@@ -192,6 +197,7 @@ fn arm(
     Some(Arm {
         chain,
         geometry,
+        end_from_flange,
         coupling,
     })
 }

@@ -91,6 +91,10 @@ table! {
         wrist_offset: Length => none("needed for an offset wrist");
         /// From the centre of the wrist (of an offset wrist: from the fifth axis) to the flange.
         flange: Length => none("needed for both closed kinds");
+        /// From there on to the flange's frame: x, y, z of the last axis, whose z points out along it.
+        flange_offset: [Length; 3] => default(["0 mm", "0 mm", "0 mm"], "none");
+        /// How the flange's frame is turned there: W, P, R about the fixed x, y, z.
+        flange_angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "its z points out along the last axis, as pendants have it");
         /// The six axes of any other arm.
         axes: Vec<AxisTable> => default([], "of a closed kind there are none");
     }

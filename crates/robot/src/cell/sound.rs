@@ -10,9 +10,11 @@ use super::file::{ArmTable, JointsTable};
 use crate::kinematics::Limits;
 
 /// No arm has a link longer than this, mm: twice the reach of the longest that are sold.
-const LONGEST: f64 = 10_000.0;
+pub(super) const LONGEST: f64 = 10_000.0;
 /// No arm turns a joint farther to a side, turns: the last axes of arms that turn without end are told with a handful.
-const MOST_TURNS: f64 = 10.0;
+pub(super) const MOST_TURNS: f64 = 10.0;
+/// No arm turns a joint faster, rad/s: three times the last axes of the fastest that are sold.
+pub(super) const FASTEST: f64 = 10.0 * TAU;
 
 /// What is wrong with the order of two limits, and what to do; nothing where the lesser one is below.
 pub(super) fn order(low: f64, high: f64) -> Option<(&'static str, &'static str)> {
@@ -77,6 +79,9 @@ pub(super) fn lengths(arm: &ArmTable) -> Vec<Problem> {
         .filter(|(_, length)| long(*length))
         .map(|(link, length)| told_long(link, &link.name, length))
         .collect();
+    let off = arm.flange_offset.iter().find(|l| long(**l));
+    problems
+        .extend(off.map(|length| told_long(&arm.flange_offset, &arm.flange_offset.name, *length)));
     for (i, axis) in arm.axes.iter().enumerate() {
         let longest = axis.position.iter().find(|l| long(**l));
         problems.extend(longest.map(|length| {

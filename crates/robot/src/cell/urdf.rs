@@ -1,8 +1,11 @@
 //! The arm of a URDF (the robot description of ROS) as the text of a robot file: its closed form where it has a spherical wrist,
-//! else its six axes. Shapes, torch and table are not taken: meshes of makers are not free, and the rest stands elsewhere.
+//! else its six axes. What carries the arm becomes its base. Shapes, torch and table are not taken: meshes of makers are not free, and the
+//! rest stands elsewhere.
 
 mod error;
 mod read;
+mod stand;
+mod way;
 mod wrist;
 
 use std::fmt::Write as _;
@@ -10,25 +13,79 @@ use std::fmt::Write as _;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-pub use error::UrdfError;
-use read::{Movable, arm};
+pub use error::{JointFault, UrdfError};
+use way::{End, Movable, UrdfArm, arm};
 use wrist::Recognised;
+
+/// Who says what is written.
+const SOURCE: &str = "source = \"its URDF\"";
 
 /// The text of a robot file that says what a URDF says of its arm.
 ///
 /// # Errors
 /// [`UrdfError`] with what is wrong.
 pub fn from_urdf(text: &str) -> Result<String, UrdfError> {
-    let arm = arm(text)?;
-    let mut toml = format!(
-        "name = {name:?}\n\n[arm]\nsource = \"its URDF\"\n",
-        name = arm.name
-    );
+    let arm = stand::upright(arm(text)?);
+    let mut toml = format!("name = {:?}\n", arm.name);
     match Recognised::of(&arm.joints, arm.last_from_flange) {
-        Some(found) => spherical(&mut toml, &found),
-        None => axes(&mut toml, &arm.joints, arm.last_from_flange, &arm.flange)?,
+        Some(found) => {
+            let along = found.parameters.c4;
+            table_of_arm(&mut toml, &arm.flange, along, found.end_from_flange);
+            spherical(&mut toml, &found);
+            limits(&mut toml, &arm.joints);
+            shown(&mut toml, &found);
+        }
+        None => {
+            let (along, rest) = along_the_last(&arm);
+            table_of_arm(&mut toml, &arm.flange, along, rest);
+            axes(&mut toml, &arm.joints);
+            limits(&mut toml, &arm.joints);
+        }
     }
-    Ok(toml)
+    base(&mut toml, arm.root_from_base);
+    // what is printed is to be read again
+    match super::read(&toml) {
+        Ok(_) => Ok(toml),
+        Err(problems) => Err(UrdfError::Unsound(problems.to_string())),
+    }
+}
+
+// writing into a string does not fail, here and below
+
+/// The arm's table with the place of its flange, in lines before those of its kind.
+fn table_of_arm(toml: &mut String, link: &str, along: f64, rest: Pose) {
+    let _ = write!(
+        toml,
+        "\n[arm]\n{SOURCE}\n# the flange is the URDF's link {link:?}, and [torch] is given in its frame\nflange = {}\n",
+        millimetres(along)
+    );
+    let offset = rest.position.to_array().map(rounded);
+    if offset != [0.0; 3] {
+        let _ = writeln!(
+            toml,
+            "flange_offset = {}",
+            three(rest.position, millimetres)
+        );
+    }
+    let turned = rest.wpr();
+    if turned.to_array().map(|a| rounded(a.to_degrees())) != [0.0; 3] {
+        let _ = writeln!(
+            toml,
+            "# its z does not point out along the last axis: where the pendant's flange does, leave this out and measure [torch] by the pendant\nflange_angles = {}",
+            three(turned, degrees)
+        );
+    }
+}
+
+/// How far a flange lies along z of the last joint, and what is left.
+fn along_the_last(arm: &UrdfArm) -> (f64, Pose) {
+    let flange = arm.last_from_flange;
+    let along = DVec3::new(0.0, 0.0, flange.position.z);
+    let rest = Pose {
+        position: flange.position - along,
+        ..flange
+    };
+    (along.z, rest)
 }
 
 fn degrees(rad: f64) -> String {
@@ -39,33 +96,72 @@ fn millimetres(mm: f64) -> String {
     format!("\"{} mm\"", rounded(mm))
 }
 
-/// Six decimals at most, without the dust of conversions.
+/// Ten decimals at most, without the dust of conversions: files carry what a thousand millimetres away is still a millionth of one.
 fn rounded(value: f64) -> f64 {
     // adding zero takes the sign from a zero
-    (value * 1e6).round() / 1e6 + 0.0
+    (value * 1e10).round() / 1e10 + 0.0
 }
 
 fn list(values: impl Iterator<Item = String>) -> String {
     format!("[{}]", values.collect::<Vec<_>>().join(", "))
 }
 
-/// The joints' table.
+fn three(v: DVec3, show: fn(f64) -> String) -> String {
+    list(v.to_array().into_iter().map(show))
+}
+
+/// The joints' table: limits and speeds, and what the file does not say of them.
 fn limits(toml: &mut String, joints: &[Movable]) {
-    let low = list(joints.iter().map(|j| degrees(j.low)));
-    let high = list(joints.iter().map(|j| degrees(j.high)));
-    // writing into a string does not fail, here and below
-    let _ = write!(
-        toml,
-        "\n[joints]\nsource = \"its URDF\"\nlow = {low}\nhigh = {high}\n"
-    );
-    if joints.iter().all(|j| j.speed > 0.0) {
-        let speed = joints
-            .iter()
-            .map(|j| format!("\"{} deg/s\"", rounded(j.speed.to_degrees())));
-        let _ = writeln!(toml, "speed = {}", list(speed));
+    let shown = |value: f64| format!("\"{} deg\"", six(value));
+    let low = list(joints.iter().map(|j| shown(j.low)));
+    let high = list(joints.iter().map(|j| shown(j.high)));
+    let _ = write!(toml, "\n[joints]\n{SOURCE}\n");
+    speeds(toml, joints);
+    let _ = writeln!(toml, "low = {low}\nhigh = {high}");
+    let endless = joints
+        .iter()
+        .zip(1..)
+        .filter(|(j, _)| j.end == End::Nowhere);
+    for (joint, i) in endless {
+        let _ = writeln!(
+            toml,
+            "# joint {i} ({:?}) is continuous: 360 deg to each side are taken; write what the controller lets it turn",
+            joint.name
+        );
     }
 }
 
+/// An angle in degrees as limits are read by people: what is beyond six decimals is dust.
+fn six(rad: f64) -> f64 {
+    (rad.to_degrees() * 1e6).round() / 1e6 + 0.0
+}
+
+/// The joints' speeds. Where some are missing the slowest of the others stands for them, as a guess; by a guess nothing passes.
+fn speeds(toml: &mut String, joints: &[Movable]) {
+    let known = || joints.iter().filter_map(|j| j.speed);
+    let silent: Vec<String> = joints
+        .iter()
+        .zip(1..)
+        .filter(|(j, _)| j.speed.is_none())
+        .map(|(j, i)| format!("joint {i} ({:?})", j.name))
+        .collect();
+    let Some(slowest) = known().reduce(f64::min) else {
+        toml.push_str("# the URDF says no velocity of any joint: speeds are not checked; write speed = [six of them] from the data sheet\n");
+        return;
+    };
+    if !silent.is_empty() {
+        let _ = writeln!(
+            toml,
+            "# the URDF says no velocity of {}: the slowest of the others is a guess; write the data sheet's and take the guess out\nguesses = [\"speed\"]",
+            silent.join(", ")
+        );
+    }
+    let speed = joints.iter().map(|j| j.speed.unwrap_or(slowest));
+    let speed = list(speed.map(|s| format!("\"{} deg/s\"", six(s))));
+    let _ = writeln!(toml, "speed = {speed}");
+}
+
+/// Lengths of an arm with a spherical wrist.
 fn spherical(toml: &mut String, found: &Recognised) {
     let p = &found.parameters;
     for (key, length) in [
@@ -75,13 +171,16 @@ fn spherical(toml: &mut String, found: &Recognised) {
         ("upper_arm", p.c2),
         ("forearm_above_elbow", -p.a2),
         ("forearm", p.c3),
-        ("flange", p.c4),
     ] {
-        if rounded(length) != 0.0 || matches!(key, "shoulder_height" | "flange") {
+        if rounded(length) != 0.0 || key == "shoulder_height" {
             let _ = writeln!(toml, "{key} = {}", millimetres(length));
         }
     }
-    limits(toml, &found.joints);
+}
+
+/// How the joints of an arm with a spherical wrist count.
+fn shown(toml: &mut String, found: &Recognised) {
+    let p = &found.parameters;
     let zero = list(p.zero.iter().map(|z| degrees(*z)));
     let signs = p
         .sign
@@ -95,26 +194,33 @@ fn spherical(toml: &mut String, found: &Recognised) {
     toml.push_str("# URDFs show FANUC's third joint uncoupled: add elbow_shows = \"level\" for the pendant's, with its limits\n");
 }
 
-fn axes(toml: &mut String, joints: &[Movable], flange: Pose, name: &str) -> Result<(), UrdfError> {
-    let along = flange.position.z;
-    let aside = flange.position.truncate().length();
-    let turned =
-        flange.orientation.x.abs() + flange.orientation.y.abs() + flange.orientation.z.abs();
-    if aside > 1e-6 || turned > 1e-9 {
-        return Err(UrdfError::Flange(name.to_owned()));
-    }
-    let _ = writeln!(toml, "kind = \"axes\"\nflange = {}", millimetres(along));
-    let three = |v: DVec3, show: fn(f64) -> String| list(v.to_array().into_iter().map(show));
+/// The six axes of any other arm.
+fn axes(toml: &mut String, joints: &[Movable]) {
+    toml.push_str("kind = \"axes\"\n");
     for joint in joints {
         let pose = joint.parent_from_joint;
         let _ = writeln!(
             toml,
             "[[arm.axes]]\nposition = {}\nangles = {}\naxis = {}",
             three(pose.position, millimetres),
-            three(pose.wpr(), |a| format!("\"{} deg\"", a.to_degrees())),
-            three(joint.axis, |a| format!("{a:?}")),
+            three(pose.wpr(), degrees),
+            three(joint.axis, |a| format!("{:?}", a + 0.0)),
         );
     }
-    limits(toml, joints);
-    Ok(())
+}
+
+/// What carries the arm, where its base does not lie in the root of the file.
+fn base(toml: &mut String, root_from_base: Pose) {
+    let (position, wpr) = (root_from_base.position, root_from_base.wpr());
+    let still = position.to_array().map(rounded) == [0.0; 3]
+        && wpr.to_array().map(|a| rounded(a.to_degrees())) == [0.0; 3];
+    if still {
+        return;
+    }
+    let _ = writeln!(
+        toml,
+        "\n# what carries the arm in the URDF: its root is the world\n[base]\n{SOURCE}\nposition = {}\nangles = {}",
+        three(position, millimetres),
+        three(wpr, degrees)
+    );
 }

@@ -38,6 +38,8 @@ pub struct Arm {
     pub chain: Chain,
     /// Its closed form.
     pub geometry: Geometry,
+    /// The flange in the end of the closed form, whose z points out along the last axis; nothing where they are one.
+    pub end_from_flange: Option<Pose>,
     /// How much of the second joint the controller adds to the third in what it shows: 0 for most; FANUC shows the forearm's angle
     /// to the level, which is the third joint less the second. Source: ros-industrial/fanuc_driver, `fanuc_utils`.
     pub coupling: f64,
@@ -118,8 +120,12 @@ impl Arm {
 
     /// The candidates of a closed form; nothing where there is none.
     fn candidates(&self, base_from_flange: Pose) -> Option<Result<Candidates, Unreachable>> {
-        let rotation = DMat3::from_quat(base_from_flange.orientation);
-        let position = base_from_flange.position;
+        let base_from_end = match self.end_from_flange {
+            Some(turned) => base_from_flange.then(turned.inverse()),
+            None => base_from_flange,
+        };
+        let rotation = DMat3::from_quat(base_from_end.orientation);
+        let position = base_from_end.position;
         match self.geometry {
             Geometry::SphericalWrist(arm) => Some(arm.solve(&rotation, position)),
             Geometry::OffsetWrist(arm) => Some(arm.solve(&rotation, position)),

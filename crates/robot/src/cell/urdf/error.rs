@@ -6,30 +6,117 @@ pub enum UrdfError {
     /// It is not read.
     #[error("not a URDF: {0}")]
     Broken(String),
+    /// It ends before its robot does.
+    #[error(
+        "it ends in line {line}, before </robot>: the file is cut off; copy it or make it anew"
+    )]
+    CutOff {
+        /// Its last line.
+        line: usize,
+    },
     /// A joint says something that is no number.
-    #[error("joint \"{joint}\": {what} is \"{text}\"; three numbers are needed")]
+    #[error("joint \"{joint}\" in line {line}: {what} is \"{text}\"; {needed} needed")]
     Number {
         /// The joint.
         joint: String,
+        /// Where it begins.
+        line: usize,
         /// What of it.
         what: &'static str,
         /// What is written.
         text: String,
+        /// How many numbers are.
+        needed: &'static str,
+    },
+    /// Two joints of one name.
+    #[error(
+        "joint \"{joint}\" stands in line {} and again in line {}: give each joint a name of its own", .lines[0], .lines[1]
+    )]
+    Twice {
+        /// The name.
+        joint: String,
+        /// Where both begin.
+        lines: [usize; 2],
     },
     /// Links that hang on two joints, or on themselves.
     #[error("link \"{0}\" hangs on more than one joint, or on itself: loops are not arms")]
     Loop(String),
     /// Not six turning joints in a row.
-    #[error("{found} turning joints stand one after the other, an arm has six{other}")]
+    #[error("{found} turning joints stand one after the other, an arm has six")]
     Joints {
         /// How many there are.
         found: usize,
-        /// What stands among them.
-        other: &'static str,
     },
-    /// A flange that no file can say.
+    /// A joint of the arm that is no arm's, or that says too little.
+    #[error("joint \"{joint}\" in line {line}: {fault}")]
+    Joint {
+        /// The joint.
+        joint: String,
+        /// Where it begins.
+        line: usize,
+        /// What is wrong with it.
+        fault: JointFault,
+    },
+    /// What was understood makes no robot file.
+    #[error("its numbers make no arm: {0}")]
+    Unsound(String),
+}
+
+/// What is wrong with a joint of an arm, and what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum JointFault {
+    /// It slides.
     #[error(
-        "the arm has no spherical wrist, and its flange \"{0}\" is turned against its last joint: give the flange the last joint's direction"
+        "it slides, and an arm's six joints turn: take it out of the URDF, and write a track as [track] of the robot file"
     )]
-    Flange(String),
+    Slides,
+    /// It moves otherwise.
+    #[error(
+        "its type is \"{0}\": along an arm joints are revolute, continuous or fixed; make it one of them"
+    )]
+    Kind(String),
+    /// It follows another joint.
+    #[error(
+        "it is coupled: <mimic> lets it follow joint \"{0}\", and then the arm has not six joints of its own. Take <mimic> out if the controller moves it by itself; where the controller only shows the third joint against the level, as FANUC does, write elbow_shows = \"level\" in [joints] of the robot file"
+    )]
+    Coupled(String),
+    /// No limits of a joint that has some.
+    #[error(
+        "it is revolute and says no {0}: write <limit lower=\"…\" upper=\"…\" velocity=\"…\"/> in rad from the data sheet; a joint that turns without end is of the type \"continuous\""
+    )]
+    NoLimit(&'static str),
+    /// Limits the other way round, or equal.
+    #[error(
+        "its limits go from {low} to {high} rad: lower must be below upper; take both from the data sheet"
+    )]
+    Order {
+        /// The lower one, rad.
+        low: f64,
+        /// The upper one, rad.
+        high: f64,
+    },
+    /// Limits beyond those of any arm.
+    #[error(
+        "its limits go from {low} to {high}, which are rad and more than ten turns: are degrees written?"
+    )]
+    Far {
+        /// The lower one, rad.
+        low: f64,
+        /// The upper one, rad.
+        high: f64,
+    },
+    /// A speed beyond that of any arm.
+    #[error("its velocity is {0}, which is rad/s: are degrees per second written?")]
+    Fast(f64),
+    /// An axis of no length.
+    #[error("its axis is 0 0 0, which has no direction: write for example <axis xyz=\"0 0 1\"/>")]
+    Axis,
+    /// A place beyond any arm's.
+    #[error(
+        "it lies {0} m from the joint before: no arm has a link longer than 10 m; URDFs are in metres, are millimetres written?"
+    )]
+    Long(f64),
+    /// Angles beyond a turn.
+    #[error("its rpy has {0}, which is rad and more than a turn: are degrees written?")]
+    Turned(f64),
 }

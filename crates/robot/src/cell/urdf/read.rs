@@ -1,4 +1,4 @@
-//! Reads links and joints, and follows them from the root to the flange.
+//! Reads the joints of a URDF as they are written.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use meltpath_geometry::math::DVec3;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::error::UrdfError;
+use super::error::{JointFault, UrdfError};
 
 /// mm a metre, in which URDFs write.
 const MILLIMETRES: f64 = 1000.0;
@@ -15,48 +15,122 @@ const MILLIMETRES: f64 = 1000.0;
 /// More joints than this no robot has.
 const MOST: usize = 1000;
 
-/// An arm: six turning joints one after the other.
-pub(super) struct UrdfArm {
-    pub(super) name: String,
-    pub(super) joints: Vec<Movable>,
-    /// The flange in the frame of the last joint.
-    pub(super) last_from_flange: Pose,
-    pub(super) flange: String,
+/// How a joint moves.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum JointType {
+    Revolute,
+    Continuous,
+    Prismatic,
+    Fixed,
+    /// What no arm has.
+    Other(String),
 }
 
-/// A turning joint, with the fixed ones before it in its place.
+impl JointType {
+    fn of(word: String) -> Self {
+        match word.as_str() {
+            "revolute" => JointType::Revolute,
+            "continuous" => JointType::Continuous,
+            "prismatic" => JointType::Prismatic,
+            "fixed" => JointType::Fixed,
+            _ => JointType::Other(word),
+        }
+    }
+}
+
+/// A joint as written, m and rad.
 #[derive(Debug, Clone)]
-pub(super) struct Movable {
-    pub(super) parent_from_joint: Pose,
-    pub(super) axis: DVec3,
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) speed: f64,
-}
-
-/// A joint as written.
-#[derive(Debug, Clone, Default)]
-struct Joint {
-    name: String,
-    kind: String,
-    parent: String,
-    child: String,
-    xyz: DVec3,
-    rpy: DVec3,
-    axis: Option<DVec3>,
-    low: f64,
-    high: f64,
-    speed: f64,
+pub(super) struct Joint {
+    pub(super) name: String,
+    /// Where it begins.
+    pub(super) line: usize,
+    pub(super) kind: JointType,
+    pub(super) parent: String,
+    pub(super) child: String,
+    pub(super) xyz: DVec3,
+    pub(super) rpy: DVec3,
+    pub(super) axis: Option<DVec3>,
+    pub(super) low: Option<f64>,
+    pub(super) high: Option<f64>,
+    pub(super) speed: Option<f64>,
+    /// The joint that it follows.
+    pub(super) mimics: Option<String>,
 }
 
 impl Joint {
-    fn turns(&self) -> bool {
-        matches!(self.kind.as_str(), "revolute" | "continuous")
+    pub(super) fn turns(&self) -> bool {
+        matches!(self.kind, JointType::Revolute | JointType::Continuous)
     }
 
-    fn pose(&self) -> Pose {
+    /// Its frame in that of the joint before, mm.
+    pub(super) fn pose(&self) -> Pose {
         Pose::from_wpr(self.xyz * MILLIMETRES, self.rpy)
     }
+
+    pub(super) fn wrong(&self, fault: JointFault) -> UrdfError {
+        UrdfError::Joint {
+            joint: self.name.clone(),
+            line: self.line,
+            fault,
+        }
+    }
+
+    fn not_numbers(&self, what: &'static str, text: &str, needed: &'static str) -> UrdfError {
+        UrdfError::Number {
+            joint: self.name.clone(),
+            line: self.line,
+            what,
+            text: text.to_owned(),
+            needed,
+        }
+    }
+
+    fn three(&self, what: &'static str, text: &str) -> Result<DVec3, UrdfError> {
+        let numbers: Option<Vec<f64>> = text.split_whitespace().map(finite).collect();
+        let three = numbers.and_then(|n| <[f64; 3]>::try_from(n).ok());
+        let wrong = || self.not_numbers(what, text, "three numbers are");
+        three.map(DVec3::from_array).ok_or_else(wrong)
+    }
+
+    /// A number of an element, where it is written.
+    fn number(&self, e: &BytesStart<'_>, what: &'static str) -> Result<Option<f64>, UrdfError> {
+        let read = |text: String| {
+            finite(&text).ok_or_else(|| self.not_numbers(what, &text, "a number is"))
+        };
+        attribute(e, what).map(read).transpose()
+    }
+
+    /// Takes what stands within it.
+    fn take(&mut self, tag: &str, e: &BytesStart<'_>) -> Result<(), UrdfError> {
+        match tag {
+            "origin" => {
+                if let Some(xyz) = attribute(e, "xyz") {
+                    self.xyz = self.three("xyz", &xyz)?;
+                }
+                if let Some(rpy) = attribute(e, "rpy") {
+                    self.rpy = self.three("rpy", &rpy)?;
+                }
+            }
+            "axis" => {
+                let xyz = attribute(e, "xyz").unwrap_or_default();
+                self.axis = Some(self.three("axis", &xyz)?);
+            }
+            "parent" => self.parent = attribute(e, "link").unwrap_or_default(),
+            "child" => self.child = attribute(e, "link").unwrap_or_default(),
+            "limit" => {
+                self.low = self.number(e, "lower")?;
+                self.high = self.number(e, "upper")?;
+                self.speed = self.number(e, "velocity")?;
+            }
+            "mimic" => self.mimics = Some(attribute(e, "joint").unwrap_or_default()),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|n: &f64| n.is_finite())
 }
 
 fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
@@ -64,171 +138,100 @@ fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
     Some(found.value.into_owned())
 }
 
-fn three(joint: &str, what: &'static str, text: &str) -> Result<DVec3, UrdfError> {
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .map_while(|n| n.parse().ok())
-        .collect();
-    let finite = numbers.iter().all(|n| n.is_finite());
-    match <[f64; 3]>::try_from(numbers) {
-        Ok(numbers) if finite => Ok(DVec3::from_array(numbers)),
-        _ => Err(UrdfError::Number {
-            joint: joint.to_owned(),
-            what,
-            text: text.to_owned(),
-        }),
+/// The line of a text in which each of ever greater places lies.
+struct Lines<'a> {
+    text: &'a str,
+    counted: usize,
+    line: usize,
+}
+
+impl Lines<'_> {
+    fn of(&mut self, place: u64) -> usize {
+        let to = usize::try_from(place).unwrap_or(usize::MAX);
+        let bytes = self.text.as_bytes();
+        let to = to.clamp(self.counted, bytes.len());
+        let between = bytes.get(self.counted..to).unwrap_or_default();
+        self.line += between.iter().filter(|b| **b == b'\n').count();
+        self.counted = to;
+        self.line
     }
 }
 
 /// All joints of a file, and its robot's name.
-fn joints(text: &str) -> Result<(String, Vec<Joint>), UrdfError> {
+pub(super) fn joints(text: &str) -> Result<(String, Vec<Joint>), UrdfError> {
     let mut reader = Reader::from_str(text);
-    let mut name = None;
+    let mut lines = Lines {
+        text,
+        counted: 0,
+        line: 1,
+    };
+    let (mut name, mut ended) = (None, false);
     let mut joints = Vec::new();
     let mut current: Option<Joint> = None;
     loop {
+        let line = lines.of(reader.buffer_position());
         let event = reader.read_event();
         let event = event.map_err(|e| UrdfError::Broken(e.to_string()))?;
         match &event {
             Event::Eof => break,
             Event::End(e) if e.name().as_ref() == "joint" => joints.extend(current.take()),
+            Event::End(e) if e.name().as_ref() == "robot" => ended = true,
             Event::Start(e) | Event::Empty(e) => {
                 let tag = e.name();
                 if tag.as_ref() == "robot" {
                     name = attribute(e, "name");
                 } else if tag.as_ref() == "joint" {
                     // joints of transmissions have no type: they only name one
-                    current = attribute(e, "type").map(|kind| Joint {
-                        name: attribute(e, "name").unwrap_or_default(),
-                        kind,
-                        ..Joint::default()
-                    });
+                    current = attribute(e, "type").map(|kind| begun(e, kind, line));
                 } else if let Some(joint) = &mut current {
-                    within(tag.as_ref(), e, joint)?;
+                    joint.take(tag.as_ref(), e)?;
                 }
             }
             _ => {}
         }
     }
-    match name {
-        Some(name) => Ok((name, joints)),
-        None => Err(UrdfError::Broken("it has no <robot name=…>".to_owned())),
+    let Some(name) = name else {
+        return Err(UrdfError::Broken("it has no <robot name=…>".to_owned()));
+    };
+    if !ended {
+        let line = text.lines().count();
+        return Err(UrdfError::CutOff { line });
+    }
+    sound(&joints)?;
+    Ok((name, joints))
+}
+
+fn begun(e: &BytesStart<'_>, kind: String, line: usize) -> Joint {
+    Joint {
+        name: attribute(e, "name").unwrap_or_default(),
+        line,
+        kind: JointType::of(kind),
+        parent: String::new(),
+        child: String::new(),
+        xyz: DVec3::ZERO,
+        rpy: DVec3::ZERO,
+        axis: None,
+        low: None,
+        high: None,
+        speed: None,
+        mimics: None,
     }
 }
 
-/// What stands within a joint.
-fn within(tag: &str, e: &BytesStart<'_>, joint: &mut Joint) -> Result<(), UrdfError> {
-    let number = |name: &str| attribute(e, name).and_then(|n| n.parse::<f64>().ok());
-    match tag {
-        "origin" => {
-            if let Some(xyz) = attribute(e, "xyz") {
-                joint.xyz = three(&joint.name, "xyz", &xyz)?;
-            }
-            if let Some(rpy) = attribute(e, "rpy") {
-                joint.rpy = three(&joint.name, "rpy", &rpy)?;
-            }
-        }
-        "axis" => {
-            let xyz = attribute(e, "xyz").unwrap_or_default();
-            joint.axis = Some(three(&joint.name, "axis", &xyz)?);
-        }
-        "parent" => joint.parent = attribute(e, "link").unwrap_or_default(),
-        "child" => joint.child = attribute(e, "link").unwrap_or_default(),
-        "limit" => {
-            joint.low = number("lower").unwrap_or(0.0);
-            joint.high = number("upper").unwrap_or(0.0);
-            joint.speed = number("velocity").unwrap_or(0.0);
-        }
-        _ => {}
-    }
-    Ok(())
-}
-
-/// The arm of a file: of the ways from its root the one with the most turning joints.
-pub(super) fn arm(text: &str) -> Result<UrdfArm, UrdfError> {
-    let (name, joints) = joints(text)?;
+/// Not more joints than can be, each with a name of its own.
+fn sound(joints: &[Joint]) -> Result<(), UrdfError> {
     if joints.len() > MOST {
         let many = format!("it has {} joints, more than any arm", joints.len());
         return Err(UrdfError::Broken(many));
     }
-    let mut of_parent: BTreeMap<&str, Vec<&Joint>> = BTreeMap::new();
-    let mut of_child: BTreeMap<&str, &Joint> = BTreeMap::new();
-    for joint in &joints {
-        of_parent.entry(&joint.parent).or_default().push(joint);
-        if of_child.insert(&joint.child, joint).is_some() || joint.parent == joint.child {
-            return Err(UrdfError::Loop(joint.child.clone()));
+    let mut known: BTreeMap<&str, usize> = BTreeMap::new();
+    for joint in joints {
+        if let Some(first) = known.insert(&joint.name, joint.line) {
+            return Err(UrdfError::Twice {
+                joint: joint.name.clone(),
+                lines: [first, joint.line],
+            });
         }
     }
-    let root = joints
-        .iter()
-        .find(|j| !of_child.contains_key(j.parent.as_str()));
-    let Some(root) = root else {
-        return Err(match joints.first() {
-            Some(joint) => UrdfError::Loop(joint.child.clone()),
-            None => UrdfError::Broken("it has no joints".to_owned()),
-        });
-    };
-    let way = longest(&of_parent, &root.parent);
-    let count = way.iter().filter(|j| j.turns()).count();
-    let slides = way.iter().any(|j| j.kind == "prismatic");
-    if count != 6 || slides {
-        let other = if slides {
-            ", and none that slides: write a track as [track]"
-        } else {
-            ""
-        };
-        return Err(UrdfError::Joints {
-            found: count,
-            other,
-        });
-    }
-    let mut movable = Vec::new();
-    let mut fixed = Pose::IDENTITY;
-    for joint in &way {
-        fixed = fixed.then(joint.pose());
-        if !joint.turns() {
-            continue;
-        }
-        let unlimited = joint.kind == "continuous" || joint.low == joint.high;
-        let turn = std::f64::consts::TAU;
-        let (low, high) = if unlimited {
-            (-turn, turn)
-        } else {
-            (joint.low, joint.high)
-        };
-        movable.push(Movable {
-            parent_from_joint: fixed,
-            axis: joint.axis.unwrap_or(DVec3::X).normalize_or(DVec3::X),
-            low,
-            high,
-            speed: joint.speed,
-        });
-        fixed = Pose::IDENTITY;
-    }
-    Ok(UrdfArm {
-        name,
-        joints: movable,
-        last_from_flange: fixed,
-        flange: way.last().map_or(String::new(), |j| j.child.clone()),
-    })
-}
-
-/// The joints from a link on along the way with the most that turn; of ways alike the one that ends at `tool0`, the flange of ROS,
-/// else the longest.
-fn longest<'a>(of_parent: &BTreeMap<&str, Vec<&'a Joint>>, link: &str) -> Vec<&'a Joint> {
-    let mut best: Vec<&Joint> = Vec::new();
-    // links hang on one joint each and do not turn back: the depth is at most their number
-    for joint in of_parent.get(link).into_iter().flatten() {
-        let mut way = vec![*joint];
-        way.extend(longest(of_parent, &joint.child));
-        let rank = |way: &[&Joint]| {
-            let turning = way.iter().filter(|j| j.turns()).count();
-            let tool = way.last().is_some_and(|j| j.child.ends_with("tool0"));
-            (turning, tool, way.len())
-        };
-        if rank(&way) > rank(&best) {
-            best = way;
-        }
-    }
-    best
+    Ok(())
 }

@@ -1,9 +1,9 @@
 //! Finds the parameters of a spherical wrist's closed form in a chain of axes.
 
 use meltpath_geometry::Pose;
-use meltpath_geometry::math::DVec3;
+use meltpath_geometry::math::{DQuat, DVec3};
 
-use super::read::Movable;
+use super::way::Movable;
 use crate::kinematics::numeric::distance;
 use crate::kinematics::{Chain, Joint, JointKind, Limits, OrthoParallel};
 
@@ -13,7 +13,8 @@ const EXACT: f64 = 1e-5;
 /// An arm whose closed form is known.
 pub(super) struct Recognised {
     pub(super) parameters: OrthoParallel,
-    pub(super) joints: Vec<Movable>,
+    /// The file's flange in the one of the closed form, whose z points out along the last axis.
+    pub(super) end_from_flange: Pose,
 }
 
 /// An axis in the base, all joints at zero.
@@ -38,10 +39,12 @@ impl Recognised {
             })
             .collect();
         let lines: [Line; 6] = lines.try_into().ok()?;
-        let parameters = parameters(&lines, base_from_joint.then(last_from_flange))?;
+        let flange = base_from_joint.then(last_from_flange);
+        let wrist = meeting(&lines[4], &lines[5])?;
+        let end = end(lines[5].along, wrist, flange);
         let found = Recognised {
-            parameters,
-            joints: joints.to_vec(),
+            parameters: parameters(&lines, wrist, end)?,
+            end_from_flange: end.inverse().then(flange),
         };
         found.moves_as(joints, last_from_flange).then_some(found)
     }
@@ -52,7 +55,8 @@ impl Recognised {
             joints: joints.iter().map(joint).collect(),
             last_from_end: last_from_flange,
         };
-        let closed = self.parameters.chain([NONE; 6]);
+        let mut closed = self.parameters.chain([NONE; 6]);
+        closed.last_from_end = closed.last_from_end.then(self.end_from_flange);
         (0..20).all(|i| {
             let values: [f64; 6] =
                 std::array::from_fn(|k| (1.3 * f64::from(i) + 0.7 * k as f64).sin() * 3.0);
@@ -85,13 +89,12 @@ fn sign(x: f64) -> f64 {
 }
 
 /// The parameters, as far as the axes lie as those of a spherical wrist on parallel axes; [`Recognised::moves_as`] proves them.
-fn parameters(lines: &[Line; 6], flange: Pose) -> Option<OrthoParallel> {
+fn parameters(lines: &[Line; 6], wrist: DVec3, flange: Pose) -> Option<OrthoParallel> {
     let z = DVec3::Z;
     let level = |l: &Line| l.along.z.abs() < EXACT;
     if lines[0].along.cross(z).length() > EXACT || !level(&lines[1]) || !level(&lines[2]) {
         return None;
     }
-    let wrist = meeting(&lines[4], &lines[5])?;
     // forward is where the arm stands with all joints at zero: the second axis lies across it
     let across = lines[1].along;
     let ahead = across.cross(z).dot(wrist);
@@ -137,6 +140,22 @@ fn parameters(lines: &[Line; 6], flange: Pose) -> Option<OrthoParallel> {
             sign(lines[5].along.dot(point)),
         ],
     })
+}
+
+/// The flange of the closed form: on the last axis, its z along it and outward. A flange that lies so is itself; another is turned the shortest
+/// way.
+fn end(along: DVec3, wrist: DVec3, flange: Pose) -> Pose {
+    let z = flange.orientation * DVec3::Z;
+    let out = (flange.position - wrist).dot(along);
+    let position = wrist + along * out;
+    if z.cross(along).length() < EXACT {
+        return Pose { position, ..flange };
+    }
+    let outward = along * sign(out);
+    Pose {
+        position,
+        orientation: DQuat::from_rotation_arc(z, outward) * flange.orientation,
+    }
 }
 
 /// Where two lines meet.

@@ -1,9 +1,15 @@
 //! URDFs as ROS has them, against the poses of an independent library: joints of the public packages, written here as numbers.
 
+mod flange;
+mod hung;
+mod refused;
+
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use meltpath_robot::cell::{self, UrdfError, from_urdf};
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DQuat, DVec3};
+use meltpath_robot::cell::{self, from_urdf};
 use meltpath_robot::kinematics::Geometry;
 use meltpath_robot::kinematics::numeric::distance;
 
@@ -78,6 +84,57 @@ const UNIVERSAL: &[Row] = &[
     ),
 ];
 
+/// An arm with a spherical wrist whose numbers are nobody's.
+const SPHERICAL: &[Row] = &[
+    ([0.0, 0.0, 0.4], [0.0, 0.0, 0.0], Some([0.0, 0.0, 1.0])),
+    ([0.15, 0.03, 0.1], [0.0, 0.0, 0.0], Some([0.0, 1.0, 0.0])),
+    ([0.0, 0.0, 0.8], [0.0, 0.0, 0.0], Some([0.0, -1.0, 0.0])),
+    ([0.3, 0.0, 0.12], [0.0, 0.0, 0.0], Some([-1.0, 0.0, 0.0])),
+    ([0.5, 0.0, 0.0], [0.0, 0.0, 0.0], Some([0.0, -1.0, 0.0])),
+    ([0.07, 0.0, 0.0], [0.0, 0.0, 0.0], Some([-1.0, 0.0, 0.0])),
+];
+
+/// One without: the fifth and sixth axis do not meet the fourth.
+const ODD: &[Row] = &[
+    ([0.0, 0.0, 0.4], [0.0, 0.0, 0.0], Some([0.0, 0.0, 1.0])),
+    ([0.15, 0.0, 0.1], [0.0, 0.0, 0.0], Some([0.0, 1.0, 0.0])),
+    ([0.0, 0.0, 0.8], [0.0, 0.0, 0.0], Some([0.0, 1.0, 0.0])),
+    ([0.3, 0.0, 0.12], [0.0, 0.0, 0.0], Some([1.0, 0.0, 0.0])),
+    ([0.5, 0.05, 0.0], [0.0, 0.0, 0.0], Some([0.0, 1.0, 0.0])),
+    ([0.07, 0.0, 0.03], [0.0, 0.0, 0.0], Some([1.0, 0.0, 0.0])),
+];
+
+/// The common flange of ROS: its z along x of the last joint.
+const TOOL: Row = ([0.03, 0.0, 0.0], [0.0, 90.0, 0.0], None);
+
+/// Where rows put their last frame, joint by joint.
+fn chained(rows: &[Row], joints: [f64; 6]) -> Pose {
+    let mut values = joints.into_iter();
+    let moved = |pose: Pose, (xyz, rpy, axis): &Row| {
+        let place = Pose::from_wpr(
+            DVec3::from_array(*xyz) * 1000.0,
+            DVec3::from_array(*rpy) * (PI / 180.0),
+        );
+        let turn = axis.map_or(DQuat::IDENTITY, |a| {
+            DQuat::from_axis_angle(DVec3::from_array(a), values.next().unwrap())
+        });
+        pose.then(place).then(Pose {
+            position: DVec3::ZERO,
+            orientation: turn,
+        })
+    };
+    rows.iter().fold(Pose::IDENTITY, moved)
+}
+
+/// Joint values all over their ranges, the same for each arm.
+fn everywhere() -> impl Iterator<Item = [f64; 6]> {
+    (0..100).map(|i| {
+        std::array::from_fn(|k| {
+            (1.7 * f64::from(i) + 0.9 * k as f64).sin() * [2.9, 1.4, 1.9][k % 3]
+        })
+    })
+}
+
 fn urdf(rows: &[Row]) -> String {
     let mut text = "<robot name=\"arm\"><link name=\"l0\"/>".to_owned();
     let three = |v: &[f64; 3], scale: f64| {
@@ -130,45 +187,4 @@ fn urdfs_move_as_the_independent_library_says() {
         }
         assert_eq!(rows, 25);
     }
-}
-
-#[test]
-fn what_is_no_arm_is_refused() {
-    let refused = |text: &str| from_urdf(text).unwrap_err();
-    let abb = urdf(ABB);
-    assert!(matches!(
-        refused(&abb.replacen("revolute", "prismatic", 1)),
-        UrdfError::Joints { found: 5, .. }
-    ));
-    assert!(matches!(
-        refused(&abb.replacen("revolute", "fixed", 1)),
-        UrdfError::Joints { found: 5, .. }
-    ));
-    assert!(matches!(
-        refused(&abb.replacen("child link=\"l1\"", "child link=\"l0\"", 1)),
-        UrdfError::Loop(_)
-    ));
-    assert!(matches!(
-        refused(&abb.replacen("0.0 0.0 0.445", "0,0 0 0.445", 1)),
-        UrdfError::Number { .. }
-    ));
-    assert!(matches!(
-        refused("<robot name=\"x\"><link"),
-        UrdfError::Broken(_)
-    ));
-    assert!(matches!(refused("no xml"), UrdfError::Broken(_)));
-    assert!(matches!(
-        refused(&urdf(&UNIVERSAL[..5])),
-        UrdfError::Joints { found: 5, .. }
-    ));
-    // limits that are swapped are refused where the file is read
-    let swapped = abb.replacen(
-        "lower=\"-3\" upper=\"2.5\"",
-        "lower=\"3\" upper=\"-2.5\"",
-        1,
-    );
-    let told = cell::read(&from_urdf(&swapped).unwrap())
-        .unwrap_err()
-        .to_string();
-    assert!(told.contains("swapped"), "{told}");
 }
