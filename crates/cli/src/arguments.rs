@@ -118,7 +118,7 @@ pub(crate) enum Command {
         /// The folder to write them into.
         out: PathBuf,
     },
-    /// Where on a robot's table a part can stand: a map of what the arm keeps from its limits, and the best place.
+    /// Where on a robot's table a part can stand, or in its flange be held: a map of what the arm keeps from its limits, and the best place.
     Reach {
         /// STEP, STL or 3MF file.
         part: PathBuf,

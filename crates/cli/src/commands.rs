@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath::job::PartUnit;
 use meltpath::list::Listing;
 use meltpath::outcome::RunFolder;
+use meltpath::reach::Found;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
@@ -14,7 +15,7 @@ use meltpath_base::{Length, Observer, Reporter, Verdict};
 use serde_json::json;
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
-use crate::exit_code::INPUT_WRONG;
+use crate::exit_code::{INPUT_WRONG, PART_FAILS};
 use crate::failure::Failure;
 use crate::manual;
 use crate::progress::Progress;
@@ -224,13 +225,16 @@ fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failur
 fn mapped(part: &Path, unit: PartUnit, robot: &str) -> Result<u8, Failure> {
     let progress = Progress::new();
     let reporter = Reporter::new();
-    let lines = reach::reach(part, unit, robot, &reporter, &progress)?;
+    let map = reach::reach(part, unit, robot, &reporter, &progress)?;
     progress.finish();
-    for text in &lines {
+    for text in &map.lines {
         line(text);
     }
     show_notes(&reporter);
-    Ok(0)
+    Ok(match map.found {
+        Found::APlace => 0,
+        Found::NoPlace => PART_FAILS,
+    })
 }
 
 fn made(job: Result<PathBuf, StartError>) -> Result<u8, Failure> {

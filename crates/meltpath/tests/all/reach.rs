@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{check, thin_wall, write};
 use meltpath::job::PartUnit;
 use meltpath::outcome::RunFolder::NextIn;
+use meltpath::reach::{Found, Map};
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::robots;
@@ -163,7 +164,7 @@ fn a_map_tells_where_a_part_can_stand() {
         let unit = PartUnit::Millimetre;
         meltpath::reach::reach(&wall, unit, robot, &Reporter::new(), &Silent)
     };
-    let lines = map("staubli-rx60bl").unwrap();
+    let lines = map("staubli-rx60bl").unwrap().lines;
     let rows = lines[3..18].iter();
     let cells: Vec<&str> = rows.flat_map(|l| l.split_whitespace()).collect();
     assert_eq!(cells.len(), 15 * 15, "{lines:#?}");
@@ -200,4 +201,100 @@ fn a_map_is_of_the_unit_of_the_part() {
     let inches = map(1.0, PartUnit::Inch);
     assert_eq!(inches, map(25.4, PartUnit::Millimetre));
     assert_ne!(inches, map(1.0, PartUnit::Millimetre));
+}
+
+/// An arm of one's own, and a block on its table or in its flange.
+fn map_of_a_block(around: &str, limits: [&str; 2]) -> Map {
+    let dir = tempfile::tempdir().unwrap();
+    let block = shapes::cuboid(DVec3::ZERO, DVec3::new(60.0, 40.0, 20.0));
+    let mut bytes = Vec::new();
+    write_stl(&block, "block", &mut bytes).unwrap();
+    let part = write(dir.path(), "block.stl", bytes);
+    let [low, high] = limits;
+    let robot = format!(
+        "name = \"arm\"\n{around}\n[arm]\nsource = \"sheet\"\nshoulder_height = \"500 mm\"\nshoulder_forward = \"150 mm\"\n\
+         upper_arm = \"800 mm\"\nforearm = \"800 mm\"\nflange = \"120 mm\"\n[joints]\nsource = \"sheet\"\n{low}\n{high}\n"
+    );
+    let robot = write(dir.path(), "arm.toml", robot);
+    let (unit, robot) = (PartUnit::Millimetre, robot.to_str().unwrap());
+    meltpath::reach::reach(&part, unit, robot, &Reporter::new(), &Silent).unwrap()
+}
+
+const WIDE: [&str; 2] = [
+    "low = [\"-170 deg\", \"-130 deg\", \"-150 deg\", \"-180 deg\", \"-120 deg\", \"-350 deg\"]",
+    "high = [\"170 deg\", \"130 deg\", \"150 deg\", \"180 deg\", \"120 deg\", \"350 deg\"]",
+];
+
+fn best(map: &Map) -> [f64; 3] {
+    let line = map.lines.iter().find(|l| l.starts_with("best: ")).unwrap();
+    let numbers: Vec<f64> = line
+        .split(['"', ' '])
+        .filter_map(|w| w.parse().ok())
+        .collect();
+    [numbers[0], numbers[1], numbers[2]]
+}
+
+/// A part that the robot holds is held by the flange: its axis goes through the part, in the height that the file says.
+#[test]
+fn a_part_in_the_flange_is_not_held_far_aside() {
+    let map = map_of_a_block(
+        "arrangement = \"part-on-robot\"\ntorch = { position = [\"900 mm\", \"100 mm\", \"1200 mm\"], angles = [\"180 deg\", \"0 deg\", \"20 deg\"], source = \"me\" }\n\
+         part = { position = [\"0 mm\", \"0 mm\", \"100 mm\"], source = \"me\" }",
+        WIDE,
+    );
+    assert_eq!(map.found, Found::APlace, "{map:#?}");
+    let text = map.lines.join("\n");
+    assert!(text.contains("block.stl in the flange of arm"), "{text}");
+    assert!(!text.contains("table"), "{text}");
+    let [x, y, z] = best(&map);
+    // the block begins at its corner
+    assert!(
+        (x + 30.0).abs() <= 30.0 && (y + 20.0).abs() <= 20.0,
+        "{text}"
+    );
+    assert!((z - 100.0).abs() < 1e-9, "{text}");
+}
+
+/// A place that a run must refuse is told as such, with the joint, what is asked and what to change.
+#[test]
+fn a_place_without_the_room_that_a_run_asks_is_told() {
+    let around = "torch = { position = [\"10 mm\", \"0 mm\", \"330 mm\"], angles = [\"0 deg\", \"35 deg\", \"0 deg\"], source = \"me\" }\n\
+         table = { position = [\"1100 mm\", \"0 mm\", \"300 mm\"], source = \"me\" }\n\
+         shapes = { links = [\"150 mm\", \"110 mm\", \"100 mm\", \"80 mm\", \"70 mm\", \"55 mm\"], torch = \"45 mm\", nozzle = [\"80 mm\", \"12 mm\"], table = [\"100 mm\", \"100 mm\"], source = \"me\" }";
+    let wide = map_of_a_block(around, WIDE);
+    assert_eq!(wide.found, Found::APlace, "{wide:#?}");
+    assert!(
+        !wide.lines.iter().any(|l| l.contains("a run fails")),
+        "{wide:#?}"
+    );
+    // the first joint goes as far as the block needs, and no farther
+    let tight = |first: f64| {
+        let of = |line: &str, sign: &str| {
+            line.replace(
+                &format!("[\"{sign}170 deg"),
+                &format!("[\"{sign}{first} deg"),
+            )
+        };
+        let limits = [of(WIDE[0], "-"), of(WIDE[1], "")];
+        map_of_a_block(around, [&limits[0], &limits[1]])
+    };
+    let map = (10..60)
+        .map(|i| tight(0.2 * f64::from(i)))
+        .find(|m| m.lines.iter().any(|l| l.starts_with("best: ")))
+        .unwrap();
+    assert_eq!(map.found, Found::NoPlace, "{map:#?}");
+    let told = map
+        .lines
+        .iter()
+        .find(|l| l.contains("a run fails there"))
+        .unwrap();
+    for part in [
+        "joint 1 comes to",
+        "a run asks for 2 deg (checks.joint_margin)",
+        "Move the table",
+    ] {
+        assert!(told.contains(part), "{part} is not in {told}");
+    }
+    // and where no place is in reach at all
+    assert_eq!(tight(0.5).found, Found::NoPlace);
 }
