@@ -64,6 +64,10 @@ fn build(file: &CellFile, problems: &mut Vec<Problem>) -> Option<Cell> {
         .as_ref()
         .and_then(|p| positioner(&file.positioner, p, problems));
     let sources = sources(file, problems);
+    // beside a number that is wrong by itself these tell nothing
+    if let Some(arm) = arm.as_ref().filter(|_| problems.is_empty()) {
+        problems.extend(sound::shapes(file, &arm.chain));
+    }
     Some(Cell {
         name: file.name.value.clone(),
         maker: *file.maker,

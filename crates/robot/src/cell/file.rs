@@ -6,6 +6,7 @@ use meltpath_base::{
 };
 
 use super::layout::{Arrangement, Maker};
+use super::sound::{FASTEST, QUICKEST};
 
 quantity!(
     /// How fast a speed of sliding changes, mm/s² inside.
@@ -90,11 +91,11 @@ table! {
         /// Of an offset wrist: from the fourth axis to the sixth (d5).
         wrist_offset: Length => none("needed for an offset wrist");
         /// From the centre of the wrist (of an offset wrist: from the fifth axis) to the flange.
-        flange: Length => none("needed for both closed kinds");
-        /// From there on to the flange's frame: x, y, z of the last axis, whose z points out along it.
+        flange: Length where not_negative => none("needed for both closed kinds");
+        /// From there on to the flange's frame: x, y, z of the last axis's frame, which of closed kinds has its z out along the axis.
         flange_offset: [Length; 3] => default(["0 mm", "0 mm", "0 mm"], "none");
         /// How the flange's frame is turned there: W, P, R about the fixed x, y, z.
-        flange_angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "its z points out along the last axis, as pendants have it");
+        flange_angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "as the last axis's frame; of closed kinds its z then points out along the axis, as pendants have it");
         /// The six axes of any other arm.
         axes: Vec<AxisTable> => default([], "of a closed kind there are none");
     }
@@ -102,7 +103,7 @@ table! {
     /// One axis of an arm or of a positioner, in the frame of the axis before it.
     pub struct AxisTable {
         /// Where it lies: x, y, z.
-        position: [Length; 3] => default(["0 mm", "0 mm", "0 mm"], "where the one before lies");
+        position: [Length; 3] where within(-1e5, 1e5) => default(["0 mm", "0 mm", "0 mm"], "where the one before lies");
         /// How its frame is turned: W, P, R about the fixed x, y, z.
         angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "as the one before");
         /// The axis in its own frame; positive angles turn about it by the right hand.
@@ -120,9 +121,9 @@ table! {
         /// The greatest values, as the controller shows them.
         high: [Angle; 6] => required;
         /// The greatest speeds.
-        speed: [AngularSpeed; 6] where positive => none("not known: speeds are not checked");
+        speed: [AngularSpeed; 6] where up_to(FASTEST) => none("not known: speeds are not checked");
         /// The greatest accelerations.
-        acceleration: [AngularAcceleration; 6] where positive => none("not known: accelerations are not checked");
+        acceleration: [AngularAcceleration; 6] where up_to(QUICKEST) => none("not known: accelerations are not checked");
         /// Of a spherical wrist: the angle from the arm stretched upright at which the controller shows zero.
         zero: [Angle; 6] => none("0 deg each");
         /// Of a spherical wrist: how each joint counts.
@@ -134,7 +135,7 @@ table! {
     /// Where a frame lies.
     pub struct FrameTable {
         /// Its origin: x, y, z.
-        position: [Length; 3] => default(["0 mm", "0 mm", "0 mm"], "the origin");
+        position: [Length; 3] where within(-1e5, 1e5) => default(["0 mm", "0 mm", "0 mm"], "the origin");
         /// How it is turned: W, P, R about the fixed x, y, z.
         angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "not turned");
         /// In place of the angles: its x, y and z axis, as a calibration gives them. They must make a rigid frame.
@@ -146,11 +147,11 @@ table! {
     /// A torch.
     pub struct TorchTable {
         /// Where its contact tube ends: x, y, z.
-        position: [Length; 3] => default(["0 mm", "0 mm", "0 mm"], "the origin");
+        position: [Length; 3] where within(-1e5, 1e5) => default(["0 mm", "0 mm", "0 mm"], "the origin");
         /// How it is turned: W, P, R about the fixed x, y, z; its z points along the wire towards the work.
         angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "not turned");
         /// Length of the wire beyond the contact tube.
-        wire: Length where not_negative => default("15 mm", "the usual distance of the contact tube");
+        wire: Length where within(0.0, 200.0) => default("15 mm", "the usual distance of the contact tube");
         /// Who says so.
         source: String => none("nobody: a guess");
     }
@@ -160,16 +161,16 @@ table! {
         /// Who says so.
         source: String => none("nobody: a guess");
         /// Radius of each link around the line from its joint to the next, the last to the flange.
-        links: [Length; 6] where positive => required;
+        links: [Length; 6] where up_to(1000.0) => required;
         /// Radius of the torch around the line from the flange to its nozzle.
-        torch: Length where positive => required;
+        torch: Length where up_to(500.0) => required;
         /// Length and radius of the nozzle, which ends with the contact tube.
-        nozzle: [Length; 2] where positive => required;
+        nozzle: [Length; 2] where up_to(1000.0) => required;
         /// Size of the table along its x and y, its origin in the middle.
-        table: [Length; 2] where positive => none("not known: the table is not checked");
+        table: [Length; 2] where up_to(1e5) => none("not known: the table is not checked");
         /// How deep the table is below its top, with all that turns beneath it where a positioner carries it. What carries the positioner
         /// is not checked.
-        table_thickness: Length where positive => none("2000 mm of a table that stands: it reaches the floor; 100 mm of one on a positioner: a guess, told in the verdict");
+        table_thickness: Length where up_to(1e4) => none("2000 mm of a table that stands: it reaches the floor; 100 mm of one on a positioner: a guess, told in the verdict");
     }
 
     /// A track.
@@ -177,17 +178,17 @@ table! {
         /// Who says so.
         source: String => required;
         /// Where it begins, in the world.
-        position: [Length; 3] => default(["0 mm", "0 mm", "0 mm"], "the origin");
+        position: [Length; 3] where within(-1e5, 1e5) => default(["0 mm", "0 mm", "0 mm"], "the origin");
         /// The way it goes, in the world.
         axis: [f64; 3] => required;
         /// The least position.
-        low: Length => required;
+        low: Length where within(-1e6, 1e6) => required;
         /// The greatest position.
-        high: Length => required;
+        high: Length where within(-1e6, 1e6) => required;
         /// The greatest speed.
-        speed: Speed where positive => none("not known: speeds are not checked");
+        speed: Speed where up_to(2e4) => none("not known: speeds are not checked");
         /// The greatest acceleration.
-        acceleration: TrackAcceleration where positive => none("not known: accelerations are not checked");
+        acceleration: TrackAcceleration where up_to(1e5) => none("not known: accelerations are not checked");
     }
 
     /// A positioner of one or two axes, the first in the world.
@@ -203,8 +204,8 @@ table! {
         /// The greatest angles.
         high: Many<Angle, 1, 2> => required;
         /// The greatest speeds.
-        speed: Many<AngularSpeed, 1, 2> where positive => none("not known: speeds are not checked");
+        speed: Many<AngularSpeed, 1, 2> where up_to(FASTEST) => none("not known: speeds are not checked");
         /// The greatest accelerations.
-        acceleration: Many<AngularAcceleration, 1, 2> where positive => none("not known: accelerations are not checked");
+        acceleration: Many<AngularAcceleration, 1, 2> where up_to(QUICKEST) => none("not known: accelerations are not checked");
     }
 }

@@ -6,8 +6,11 @@ use std::fmt::Display;
 use meltpath_base::Length;
 use meltpath_base::settings::{Problem, Setting};
 
-use super::file::{ArmTable, JointsTable};
-use crate::kinematics::Limits;
+use meltpath_geometry::math::DVec3;
+
+use super::file::{ArmTable, CellFile, JointsTable};
+use super::layout::Arrangement;
+use crate::kinematics::{Chain, Limits};
 
 /// No arm has a link longer than this, mm: twice the reach of the longest that are sold.
 pub(super) const LONGEST: f64 = 10_000.0;
@@ -15,6 +18,8 @@ pub(super) const LONGEST: f64 = 10_000.0;
 pub(super) const MOST_TURNS: f64 = 10.0;
 /// No arm turns a joint faster, rad/s: three times the last axes of the fastest that are sold.
 pub(super) const FASTEST: f64 = 10.0 * TAU;
+/// No arm speeds a joint up more, rad/s²: ten times what small and fast ones do.
+pub(super) const QUICKEST: f64 = 1e5_f64.to_radians();
 
 /// What is wrong with the order of two limits, and what to do; nothing where the lesser one is below.
 pub(super) fn order(low: f64, high: f64) -> Option<(&'static str, &'static str)> {
@@ -90,6 +95,37 @@ pub(super) fn lengths(arm: &ArmTable) -> Vec<Problem> {
         }));
     }
     problems
+}
+
+/// Shapes that the lengths of arm and torch contradict.
+pub(super) fn shapes(file: &CellFile, chain: &Chain) -> Vec<Problem> {
+    let Some(shapes) = file.shapes.as_ref() else {
+        return Vec::new();
+    };
+    let places = chain.joints.iter().map(|j| j.parent_from_joint.position);
+    let places = places.chain([chain.last_from_end.position]);
+    let longest = places.map(DVec3::length).fold(0.0, f64::max);
+    let thickest = shapes.links.iter().map(|l| l.0).fold(0.0, f64::max);
+    let nozzle = shapes.nozzle[0].0;
+    let torch = DVec3::from_array(file.torch.position.map(|l| l.0)).length();
+    let on_robot = *file.arrangement == Arrangement::TorchOnRobot;
+    let links = (thickest > longest).then(|| {
+        let message = format!(
+            "{} has a radius of {thickest} mm, more than the longest link of the arm has length: {longest:.0} mm",
+            shapes.links.name
+        );
+        let help = "write half of how thick the link is";
+        shapes.links.problem(message).help(help)
+    });
+    let nozzle = (on_robot && file.torch.position.is_written() && nozzle > torch).then(|| {
+        let message = format!(
+            "{} is {nozzle} mm long, and the contact tube ends {torch:.0} mm from the flange",
+            shapes.nozzle.name
+        );
+        let help = "write how long the nozzle is, from the torch's body to the end of the contact tube, then its radius";
+        shapes.nozzle.problem(message).help(help)
+    });
+    links.into_iter().chain(nozzle).collect()
 }
 
 fn told_long<T>(written: &Setting<T>, of: &str, length: Length) -> Problem {

@@ -30,14 +30,20 @@ pub fn from_urdf(text: &str) -> Result<String, UrdfError> {
     match Recognised::of(&arm.joints, arm.last_from_flange) {
         Some(found) => {
             let along = found.parameters.c4;
-            table_of_arm(&mut toml, &arm.flange, along, found.end_from_flange);
+            let rest = found.end_from_flange;
+            // the end of the closed form looks outward
+            let looks_in = (rest.orientation * DVec3::Z).z < 0.0;
+            let told = (looks_in || is_askew(rest, DVec3::Z)).then_some(TURNED);
+            table_of_arm(&mut toml, &arm.flange, along, rest, told);
             spherical(&mut toml, &found);
             limits(&mut toml, &arm.joints);
             shown(&mut toml, &found);
         }
         None => {
             let (along, rest) = along_the_last(&arm);
-            table_of_arm(&mut toml, &arm.flange, along, rest);
+            let last = arm.joints.last().map_or(DVec3::Z, |j| j.axis);
+            let told = is_askew(rest, last).then_some(ASKEW);
+            table_of_arm(&mut toml, &arm.flange, along, rest, told);
             axes(&mut toml, &arm.joints);
             limits(&mut toml, &arm.joints);
         }
@@ -52,15 +58,21 @@ pub fn from_urdf(text: &str) -> Result<String, UrdfError> {
 
 // writing into a string does not fail, here and below
 
+/// Said of a turned flange where the last axis's own frame is known to have the z of a pendant's flange.
+const TURNED: &str = "# its z does not point out along the last axis: where the pendant's flange does, leave flange_angles out and measure [torch] by the pendant\n";
+/// Said of a turned flange elsewhere.
+const ASKEW: &str =
+    "# its z does not point along the last axis, as that of a pendant's flange does\n";
+
 /// The arm's table with the place of its flange, in lines before those of its kind.
-fn table_of_arm(toml: &mut String, link: &str, along: f64, rest: Pose) {
+fn table_of_arm(toml: &mut String, link: &str, along: f64, rest: Pose, askew: Option<&str>) {
     let _ = write!(
         toml,
-        "\n[arm]\n{SOURCE}\n# the flange is the URDF's link {link:?}, and [torch] is given in its frame\nflange = {}\n",
+        "\n[arm]\n{SOURCE}\n# the flange is the URDF's link {link:?}, and [torch] is given in its frame\n{}flange = {}\n",
+        askew.unwrap_or_default(),
         millimetres(along)
     );
-    let offset = rest.position.to_array().map(rounded);
-    if offset != [0.0; 3] {
+    if rest.position.to_array().map(rounded) != [0.0; 3] {
         let _ = writeln!(
             toml,
             "flange_offset = {}",
@@ -69,18 +81,19 @@ fn table_of_arm(toml: &mut String, link: &str, along: f64, rest: Pose) {
     }
     let turned = rest.wpr();
     if turned.to_array().map(|a| rounded(a.to_degrees())) != [0.0; 3] {
-        let _ = writeln!(
-            toml,
-            "# its z does not point out along the last axis: where the pendant's flange does, leave this out and measure [torch] by the pendant\nflange_angles = {}",
-            three(turned, degrees)
-        );
+        let _ = writeln!(toml, "flange_angles = {}", three(turned, degrees));
     }
 }
 
-/// How far a flange lies along z of the last joint, and what is left.
+/// Whether a flange's z points askew to an axis of the frame before it.
+fn is_askew(rest: Pose, axis: DVec3) -> bool {
+    (rest.orientation * DVec3::Z).cross(axis).length() > 1e-5
+}
+
+/// How far a flange lies along z of the last joint, outward, and what is left.
 fn along_the_last(arm: &UrdfArm) -> (f64, Pose) {
     let flange = arm.last_from_flange;
-    let along = DVec3::new(0.0, 0.0, flange.position.z);
+    let along = DVec3::new(0.0, 0.0, flange.position.z.max(0.0));
     let rest = Pose {
         position: flange.position - along,
         ..flange

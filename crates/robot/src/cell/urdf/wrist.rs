@@ -1,5 +1,7 @@
 //! Finds the parameters of a spherical wrist's closed form in a chain of axes.
 
+use std::f64::consts::PI;
+
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec3};
 
@@ -148,13 +150,22 @@ fn end(along: DVec3, wrist: DVec3, flange: Pose) -> Pose {
     let z = flange.orientation * DVec3::Z;
     let out = (flange.position - wrist).dot(along);
     let position = wrist + along * out;
-    if z.cross(along).length() < EXACT {
-        return Pose { position, ..flange };
-    }
-    let outward = along * sign(out);
+    // a flange in the centre of the wrist is outward as it lies
+    let outward = if out.abs() < 1000.0 * EXACT {
+        along * sign(z.dot(along))
+    } else {
+        along * sign(out)
+    };
+    let aligned = z.cross(along).length() < EXACT;
+    let turn = match (aligned, z.dot(outward) > 0.0) {
+        (true, true) => DQuat::IDENTITY,
+        // about its own x: no way is the shortest
+        (true, false) => DQuat::from_axis_angle(flange.orientation * DVec3::X, PI),
+        (false, _) => DQuat::from_rotation_arc(z, outward),
+    };
     Pose {
         position,
-        orientation: DQuat::from_rotation_arc(z, outward) * flange.orientation,
+        orientation: turn * flange.orientation,
     }
 }
 

@@ -161,3 +161,50 @@ fn calibrated_axes_are_made_rigid() {
     assert!((base.length() - 1.0).abs() < 1e-15);
     assert!((base * DVec3::X).distance(DVec3::Y) < 3e-4);
 }
+
+/// Lengths, shapes and speeds that no machine has are refused, each in its place: most often the unit is wrong.
+#[test]
+fn what_no_machine_has_is_refused() {
+    let around = "[torch]\nposition = [\"0 mm\", \"0 mm\", \"330 mm\"]\nwire = \"15 mm\"\n[table]\nposition = [\"900 mm\", \"0 mm\", \"0 mm\"]\n\
+        [shapes]\nlinks = [\"150 mm\", \"110 mm\", \"100 mm\", \"80 mm\", \"70 mm\", \"55 mm\"]\ntorch = \"45 mm\"\nnozzle = [\"80 mm\", \"12 mm\"]\n\
+        [track]\nsource = \"x\"\naxis = [0, 1, 0]\nlow = \"0 mm\"\nhigh = \"40 m\"\nspeed = \"2 m/s\"\n";
+    let good = with("fanuc-arcmate-120ic", around);
+    let good = good.replacen("speed = [\"195 deg/s\"", "speed = [\"200 deg/s\"", 1);
+    assert!(
+        good.contains("\"200 deg/s\"") && good.contains("flange = \"100 mm\""),
+        "{good}"
+    );
+    cell::read(&good).unwrap_or_else(|e| panic!("{e}"));
+    for (from, to, told) in [
+        (
+            "flange = \"100 mm\"",
+            "flange = \"-100 mm\"",
+            "arm.flange is -100 mm",
+        ),
+        ("\"200 deg/s\"", "\"1e9 deg/s\"", "joints.speed"),
+        ("wire = \"15 mm\"", "wire = \"3 m\"", "torch.wire"),
+        ("\"330 mm\"", "\"330 m\"", "torch.position"),
+        ("\"900 mm\"", "\"900000 m\"", "table.position"),
+        ("links = [\"150 mm\"", "links = [\"150 m\"", "shapes.links"),
+        (
+            "links = [\"150 mm\"",
+            "links = [\"900 mm\"",
+            "shapes.links has a radius of 900 mm",
+        ),
+        (
+            "\"80 mm\", \"12",
+            "\"800 mm\", \"12",
+            "shapes.nozzle is 800 mm long",
+        ),
+        ("torch = \"45 mm\"", "torch = \"45 m\"", "shapes.torch"),
+        ("\"2 m/s\"", "\"2000 m/s\"", "track.speed"),
+        ("\"40 m\"", "\"40000 m\"", "track.high"),
+    ] {
+        assert!(good.contains(from), "{from} is not in {good}");
+        let problems = cell::read(&good.replacen(from, to, 1)).unwrap_err().0;
+        assert_eq!(problems.len(), 1, "{to}: {problems:?}");
+        assert!(problems[0].span.is_some(), "{problems:?}");
+        let said = problems[0].to_string();
+        assert!(said.contains(told), "{to}: {said}");
+    }
+}

@@ -6,12 +6,14 @@ use meltpath_robot::kinematics::numeric::distance;
 
 use super::{ODD, Row, SPHERICAL, TOOL, chained, everywhere, urdf};
 
-/// The last joint's own frame, one turned askew, and one beside the axis.
-const FLANGES: [Row; 4] = [
+/// The last joint's own frame, one turned askew, one beside the axis, one that looks inward, and one on the other side of the last joint's origin.
+const FLANGES: [Row; 6] = [
     TOOL,
     ([0.03, 0.0, 0.0], [0.0, 0.0, 0.0], None),
     ([0.03, 0.0, 0.0], [20.0, -35.0, 70.0], None),
     ([0.03, 0.02, -0.04], [0.0, 40.0, 0.0], None),
+    ([0.03, 0.0, 0.0], [0.0, -90.0, 0.0], None),
+    ([-0.2, 0.0, -0.1], [0.0, -90.0, 25.0], None),
 ];
 
 /// The flange of the file that is made goes where the URDF's chain goes, and the ways back hold it.
@@ -58,4 +60,8 @@ fn the_flange_is_named() {
     ] {
         assert!(turned.contains(told), "{told} is not in\n{turned}");
     }
+    // of other arms it is known which way the axis goes, not which end is out
+    let of = |row: Row| from_urdf(&urdf(&[ODD, &[row]].concat())).unwrap();
+    assert!(!of(FLANGES[0]).contains("does not point along"));
+    assert!(of(FLANGES[1]).contains("does not point along the last axis"));
 }
