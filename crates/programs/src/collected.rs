@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::parsed::{Parsed, Unread};
 use crate::program::{
-    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, MotionInstruction, MotionKind,
-    Position, PositionRef, Program, Speed, Termination,
+    ArcLine, ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, MotionInstruction,
+    MotionKind, Position, PositionRef, Program, Speed, Termination,
 };
 use crate::scan::tidy;
 use crate::template::ArcLines;
@@ -89,6 +89,15 @@ impl Collected {
         self.push(Instruction::Raw(tidy(text)));
     }
 
+    /// Keeps the line being read, and marks it where it sets an output of the arc's.
+    pub(crate) fn keep_beside(&mut self, arc: Option<ArcLines<'_>>, text: &str) {
+        if arc.is_some_and(|arc| arc.touches(text)) {
+            let at = self.program.instructions.len();
+            self.program.arc_lines.insert(at, ArcLine::Output);
+        }
+        self.keep(text);
+    }
+
     /// Keeps lines that begin as those of the arc do and go on otherwise, told at the one that does; how many they are.
     pub(crate) fn broken(&mut self, arc: ArcLines<'_>, lines: &[&str]) -> usize {
         let Some(broken) = arc.broken(lines).and_then(|n| lines.get(..n)) else {
@@ -98,7 +107,12 @@ impl Collected {
         for (i, line) in broken.iter().enumerate() {
             self.line = first + i as u32;
             let at = self.program.instructions.len();
-            self.program.arc_lines.insert(at, i + 1 == broken.len());
+            let what = if i + 1 == broken.len() {
+                ArcLine::Breaks
+            } else {
+                ArcLine::Begins
+            };
+            self.program.arc_lines.insert(at, what);
             self.keep(line);
         }
         broken.len()

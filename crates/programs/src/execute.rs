@@ -29,6 +29,7 @@ pub use refusal::{ProgramError, Refusal};
 use crate::fanuc_ls::instruction_text;
 use crate::positioner::Turning;
 use crate::program::{ArcValue, Instruction, Position, Program};
+use crate::scan::tidy;
 
 /// What the programs do not say themselves.
 #[derive(Debug, Clone, PartialEq)]
@@ -283,8 +284,8 @@ struct Machine<'a> {
     /// Consecutive circle-arc moves whose circle is not known yet: indices into `executed`.
     arc_points: Vec<usize>,
     executed: Vec<Executed>,
-    /// What is not executed, by its first word: how often, first place, an example.
-    told: BTreeMap<(&'static str, String), (u32, String, u32)>,
+    /// What is not executed, by its first word.
+    told: BTreeMap<(&'static str, String), Told>,
     gaps: Vec<Gap>,
     /// Lines and reasons that are among the gaps.
     seen: BTreeSet<((usize, usize), String)>,
@@ -293,6 +294,28 @@ struct Machine<'a> {
     most: usize,
     /// Program and instruction being executed, from 0.
     at: (usize, usize),
+}
+
+/// Lines of a kind that are not executed.
+struct Told {
+    count: u32,
+    /// The first one: its program, its number, its text.
+    program: String,
+    line: u32,
+    text: String,
+}
+
+impl Told {
+    /// How many they are, and which is the first.
+    fn lines(&self) -> String {
+        let Told {
+            count, line, text, ..
+        } = self;
+        if *count == 1 {
+            return format!("line {line} (\"{text}\")");
+        }
+        format!("{count} lines, first line {line} (\"{text}\")")
+    }
 }
 
 impl Machine<'_> {
@@ -308,12 +331,14 @@ impl Machine<'_> {
     /// Remembers something that is not executed.
     fn note(&mut self, code: &'static str, word: String) {
         let (program, line) = self.at;
-        let name = || self.programs[program].name.clone();
-        let entry = self
-            .told
-            .entry((code, word))
-            .or_insert_with(|| (0, name(), self.programs[program].line_of(line as u32 + 1)));
-        entry.0 += 1;
+        let program = &self.programs[program];
+        let entry = self.told.entry((code, word)).or_insert_with(|| Told {
+            count: 0,
+            program: program.name.clone(),
+            line: program.line_of(line as u32 + 1),
+            text: tidy(&text_of(program, line)),
+        });
+        entry.count += 1;
     }
 
     /// Remembers a line that shapes metal and is not simulated.
@@ -332,41 +357,42 @@ impl Machine<'_> {
     }
 
     fn tell(&self, reporter: &Reporter) {
-        for ((code, word), (count, program, line)) in &self.told {
-            let times = if *count == 1 { "line" } else { "lines" };
+        for ((code, word), told) in &self.told {
+            let lines = told.lines();
             let (message, remedy) = match *code {
                 "joint-position-skipped" => (
-                    format!("{count} {times}: {word}: this travel is left out"),
+                    format!("{lines}: {word}: this travel is left out"),
                     "name the robot, with all axes of the program (machine.robot); the simulation goes on at the next position, and times leave this travel out",
                 ),
                 "arc-on-the-fly" => (
                     format!(
-                        "{count} {times}: the arc changes at a point the tool does not stop at ({word})"
+                        "{lines}: the arc changes at a point the tool does not stop at ({word})"
                     ),
                     "use FINE where beads start and end",
                 ),
-                "call-passed-over" => (
-                    format!("{count} {times}: calls of {word} are passed over"),
-                    "",
-                ),
+                "call-passed-over" => (format!("{lines}: calls of {word} are passed over"), ""),
                 "travel-speed" => (
-                    format!("{count} {times}: the speed {word} of a travel is not known"),
+                    format!("{lines}: the speed {word} of a travel is not known"),
                     "times leave it open",
                 ),
                 "travel-smoothing" => (
-                    format!("{count} {times}: how a travel ends ({word}) is not known"),
+                    format!("{lines}: how a travel ends ({word}) is not known"),
                     "times leave it open",
                 ),
-                _ => (
+                "program-ends" => (
                     format!(
-                        "{count} {times} with {word}: kept, not executed, no metal is laid by it"
+                        "{lines}: the program ends there, what stands behind it is not executed"
                     ),
+                    "take the line out if the program is to go on",
+                ),
+                _ => (
+                    format!("{lines}: {word} is kept, not executed, no metal is laid by it"),
                     "",
                 ),
             };
             let place = Place {
-                file: Some(program.clone()),
-                line: Some(*line),
+                file: Some(told.program.clone()),
+                line: Some(told.line),
                 ..Place::default()
             };
             reporter.warn_at(code, message, place, remedy);

@@ -18,6 +18,7 @@ pub mod program;
 pub mod rapid;
 pub mod reading;
 mod scan;
+mod spelling;
 mod template;
 pub mod toolpath_3mf;
 pub mod track;

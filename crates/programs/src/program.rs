@@ -46,8 +46,8 @@ pub struct Program {
     pub lines: Vec<u32>,
     /// Each instruction as its file writes it; empty where its text is the one written here.
     pub texts: Vec<String>,
-    /// Kept lines that begin as those that switch the arc do, by their index, and whether the line is the one that goes on otherwise.
-    pub arc_lines: BTreeMap<usize, bool>,
+    /// Kept lines that have to do with those that switch the arc, by their index.
+    pub arc_lines: BTreeMap<usize, ArcLine>,
 }
 
 impl Default for Program {
@@ -66,6 +66,17 @@ impl Default for Program {
             arc_lines: BTreeMap::new(),
         }
     }
+}
+
+/// A kept line that has to do with those that switch the arc.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArcLine {
+    /// It begins as they do; a line behind it goes on otherwise.
+    Begins,
+    /// It goes on otherwise.
+    Breaks,
+    /// It sets an output that one of them sets.
+    Output,
 }
 
 /// An entry of the header.

@@ -1,12 +1,17 @@
 //! Lines with places for values, `{1}` to `{9}`: filled in, and recognised again. By such lines a cell says what switches its arc.
 
-use crate::program::{ArcAction, ArcWord};
+use std::ops::RangeInclusive;
+
+use crate::program::{ArcAction, ArcWord, Dialect};
 use crate::scan::first_word;
+use crate::spelling::{outputs, plain};
 use crate::written::NoWords;
 
 /// The lines that switch a cell's arc.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ArcLines<'a> {
+    /// Whose lines they are.
+    pub(crate) dialect: Dialect,
     /// Strike it.
     pub(crate) start: &'a [String],
     /// Set it anew while it burns.
@@ -41,15 +46,28 @@ impl ArcLines<'_> {
             [self.start, self.set]
         };
         for template in first {
-            if let Some(values) = recognised(template, lines) {
+            if let Some(values) = self.recognised(template, lines) {
                 let arguments = values.join(",");
                 *on = Some(arguments.clone());
                 return Some((template.len(), ArcWord::new(ArcAction::Start, arguments)));
             }
         }
-        let values = recognised(self.end, lines)?;
+        let values = self.recognised(self.end, lines)?;
         let arguments = on.take().unwrap_or_else(|| values.join(","));
         Some((self.end.len(), ArcWord::new(ArcAction::End, arguments)))
+    }
+
+    /// Whether a line that is none of them may set an output that one of them sets.
+    pub(crate) fn touches(&self, line: &str) -> bool {
+        let set = outputs(self.dialect, line);
+        let mut own = [self.start, self.set, self.end].into_iter().flatten();
+        let meets = |a: &RangeInclusive<u32>, b: &RangeInclusive<u32>| {
+            a.start() <= b.end() && b.start() <= a.end()
+        };
+        own.any(|wanted| {
+            let own = outputs(self.dialect, wanted);
+            own.iter().any(|a| set.iter().any(|b| meets(a, b)))
+        })
     }
 
     /// How many of `lines` begin as the arc's do before one that goes on otherwise with the word that it begins with, that one included.
@@ -60,11 +78,28 @@ impl ArcLines<'_> {
                 let mut values = vec![String::new(); places(template)];
                 let mut pairs = template.iter().zip(lines);
                 let same = pairs.position(|(wanted, line)| {
-                    recognised_line(wanted.trim(), line.trim(), &mut values).is_none()
+                    self.recognised_line(wanted, line, &mut values).is_none()
                 })?;
                 let [wanted, line] = [template.get(same)?.trim(), lines.get(same)?.trim()];
                 (same > 0 && first_word(wanted) == first_word(line)).then_some(same + 1)
             })
+    }
+
+    /// The values in the places of the template that `lines` begin with; nothing where they do not.
+    fn recognised(&self, template: &[String], lines: &[&str]) -> Option<Vec<String>> {
+        let mut values = vec![String::new(); places(template)];
+        if template.is_empty() || lines.len() < template.len() {
+            return None;
+        }
+        for (wanted, line) in template.iter().zip(lines) {
+            self.recognised_line(wanted, line, &mut values)?;
+        }
+        Some(values)
+    }
+
+    fn recognised_line(&self, wanted: &str, line: &str, values: &mut [String]) -> Option<()> {
+        let [wanted, line] = [wanted, line].map(|text| plain(self.dialect, text));
+        recognised_line(&wanted, &line, values)
     }
 }
 
@@ -125,18 +160,6 @@ fn places(template: &[String]) -> usize {
     numbers.max().unwrap_or(0)
 }
 
-/// The values in the places of the template that `lines` begin with; nothing where they do not.
-fn recognised(template: &[String], lines: &[&str]) -> Option<Vec<String>> {
-    let mut values = vec![String::new(); places(template)];
-    if template.is_empty() || lines.len() < template.len() {
-        return None;
-    }
-    for (wanted, line) in template.iter().zip(lines) {
-        recognised_line(wanted.trim(), line.trim(), &mut values)?;
-    }
-    Some(values)
-}
-
 fn recognised_line(wanted: &str, line: &str, values: &mut [String]) -> Option<()> {
     let mut rest = line;
     let mut open: Option<usize> = None;
@@ -177,12 +200,38 @@ mod tests {
         let lines = filled(&template, &["5", "0.75"]).unwrap();
         assert_eq!(lines, ["set_job(5)", "set_analog_out(0, 0.75)"]);
         let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
-        assert_eq!(recognised(&template, &lines).unwrap(), ["5", "0.75"]);
-        assert_eq!(
-            recognised(&template, &["set_job(x)", "set_analog_out(0, 1)"]),
-            None
-        );
-        assert_eq!(recognised(&template, &["set_job(1)"]), None);
+        let arc = ArcLines {
+            dialect: Dialect::UrScript,
+            start: &template,
+            set: &[],
+            end: &[],
+        };
+        assert_eq!(arc.recognised(&template, &lines).unwrap(), ["5", "0.75"]);
+        let other = ["set_job(x)", "set_analog_out(0, 1)"];
+        assert_eq!(arc.recognised(&template, &other), None);
+        assert_eq!(arc.recognised(&template, &["set_job(1)"]), None);
         assert_eq!(filled(&template, &["5"]), None);
+    }
+
+    #[test]
+    fn outputs_of_the_arc_are_known_by_any_name() {
+        let arc = |dialect, start, line: &str| {
+            let arc = ArcLines {
+                dialect,
+                start: &[String::from(start)],
+                set: &[],
+                end: &[],
+            };
+            arc.touches(line)
+        };
+        let job = |line| arc(Dialect::Inform, "DOUT OT#(12) ON", line);
+        assert!(job("DOUT OT#(12) OFF") && job("PULSE OT#(12) T=0.5") && job("DOUT OG#(2) B001"));
+        assert!(!job("DOUT OT#(13) ON") && !job("DOUT OG#(1) B001"));
+        // 8 is the tool's 0 or the configurable 0, as one counts
+        let old = "set_digital_out(8, False)";
+        for of in ["tool", "configurable"] {
+            let start = format!("set_{of}_digital_out(0, True)");
+            assert!(arc(Dialect::UrScript, &start, old), "{of}");
+        }
     }
 }

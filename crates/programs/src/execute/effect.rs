@@ -21,6 +21,8 @@ pub(super) enum Effect {
     Abort,
     /// Waits for something.
     Wait,
+    /// Stands until a person lets it go on.
+    Pause,
     /// Shapes no metal.
     Passive,
     /// Shapes metal, or may do so, in a way that is not modelled.
@@ -36,7 +38,7 @@ pub(super) enum Selected {
 
 /// First words of instructions that shape no metal: inputs and outputs that are not the source's, messages, times, registers that
 /// matter only where a move refers to them (and are told there), monitoring.
-const PASSIVE: [&str; 21] = [
+const PASSIVE: [&str; 20] = [
     "DI",
     "RI",
     "GI",
@@ -49,7 +51,6 @@ const PASSIVE: [&str; 21] = [
     "PAYLOAD",
     "SR",
     "AR",
-    "UALM",
     "LOCK",
     "UNLOCK",
     "COL",
@@ -79,7 +80,9 @@ pub(super) fn effect(text: &str) -> Effect {
     let word = first_word(text);
     match word.as_str() {
         "ABORT" => Effect::Abort,
-        "WAIT" | "PAUSE" => Effect::Wait,
+        "WAIT" => Effect::Wait,
+        // how severe a user's alarm is stands in the controller: as it comes, it pauses the program
+        "PAUSE" | "UALM" => Effect::Pause,
         "UFRAME_NUM" => Effect::Frame(Selected::User),
         "UTOOL_NUM" => Effect::Frame(Selected::Tool),
         "R" => Effect::Set,
@@ -155,6 +158,7 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             &[
                 "SET_DIGITAL_OUT(",
                 "SET_STANDARD_DIGITAL_OUT(",
+                "SET_CONFIGURABLE_DIGITAL_OUT(",
                 "SET_TOOL_DIGITAL_OUT(",
                 "TEXTMSG(",
                 "SET_TCP(",
@@ -163,7 +167,7 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "STOPL(",
                 "STOPJ(",
             ],
-            &["POPUP(", "HALT", "WHILE(GET_STANDARD_DIGITAL_IN("],
+            &["POPUP(", "WHILE(GET_STANDARD_DIGITAL_IN("],
         ),
         Dialect::Inform => (
             &["DOUT", "PULSE", "MSG", "CLS", "CLEAR"],
@@ -199,6 +203,8 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
         Effect::WeaveEnd
     } else if closes {
         Effect::Passive
+    } else if dialect == Dialect::UrScript && matches!(line.as_str(), "HALT" | "HALT()") {
+        Effect::Abort
     } else if begins(waits) {
         Effect::Wait
     } else if begins(passive) {

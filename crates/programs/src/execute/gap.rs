@@ -68,6 +68,9 @@ pub enum Missing {
     /// A wait of unknown length with the arc on.
     #[error("the arc burns in place for a time that is not known")]
     WaitWithArc,
+    /// The program ends here where a condition holds that is not followed.
+    #[error("{0} ends the program here where its condition holds, which is not followed")]
+    MayEnd(String),
     /// An output that may set the welding source.
     #[error("{0} may set the welding source")]
     Output(String),
@@ -84,6 +87,11 @@ pub enum Missing {
         "the lines before are those that switch the arc, and {0} is not how they go on: whether the arc burns is not known"
     )]
     ArcLines(String),
+    /// A line that may set an output of those lines.
+    #[error(
+        "{0} may set an output by which the cell file's lines switch the arc: whether the arc burns is not known"
+    )]
+    ArcOutput(String),
     /// A word of a bead's move that is not known.
     #[error("what {0} does to this bead is not known")]
     Word(String),
@@ -176,8 +184,11 @@ impl Missing {
             Missing::SlowJoints(_) => {
                 "raise vel of the movement descriptor; tmax says the speed along the path"
             }
-            Missing::ArcLines(_) => {
+            Missing::ArcLines(_) | Missing::ArcOutput(_) => {
                 "write the lines out as the cell file has them (arc_start, arc_end), with numbers in the places of values"
+            }
+            Missing::MayEnd(_) => {
+                "take the condition out, and simulate what the program does with it and without it"
             }
             Missing::Setting(_) | Missing::Word(_) | Missing::Unknown(_) => {
                 "take the line out if it does not change the beads, or write the moves that it makes"

@@ -3,7 +3,7 @@
 use super::effect::{Effect, Selected, effect, effect_of, first_word, numbered, told_bead};
 use super::flow::{Flow, Frame};
 use super::{Executed, Machine, Missing, ProgramError, Refusal};
-use crate::program::{CommentMark, Dialect, Instruction};
+use crate::program::{ArcLine, CommentMark, Dialect, Instruction};
 
 /// Longest wait that is simulated, s: a day.
 const LONGEST_WAIT: f64 = 86_400.0;
@@ -40,7 +40,7 @@ impl Machine<'_> {
             Instruction::End => return Ok(Flow::Return),
             Instruction::Label { .. } | Instruction::Blank => {}
             Instruction::Raw(text) if self.programs[frame.program].dialect != Dialect::FanucLs => {
-                self.foreign(self.programs[frame.program].dialect, text);
+                return Ok(self.foreign(self.programs[frame.program].dialect, text));
             }
             Instruction::Raw(text) => {
                 return match self.decide(frame, text)? {
@@ -66,7 +66,8 @@ impl Machine<'_> {
             }
             Effect::Weave => self.begin_weave(text),
             Effect::WeaveEnd => self.weave = None,
-            Effect::Abort => return Ok(Flow::Abort),
+            Effect::Abort => return Ok(self.end_all(text)),
+            Effect::Pause => self.stand(text),
             Effect::Wait => {
                 let until = text.get(4..).unwrap_or_default();
                 let time = until.trim().trim_end_matches("(sec)");
@@ -74,8 +75,7 @@ impl Machine<'_> {
                     Some(time) => self.wait(time)?,
                     // it is so already
                     None if self.memory.condition(until) == Some(true) => {}
-                    None if self.arc.is_some() => self.gap(Missing::WaitWithArc),
-                    None => self.note("line-passed-over", first_word(text)),
+                    None => self.stand(text),
                 }
             }
             Effect::Signal => {
@@ -90,20 +90,55 @@ impl Machine<'_> {
     }
 
     /// A line that is kept verbatim of another dialect: what decides or changes something is told as a gap.
-    fn foreign(&mut self, dialect: Dialect, text: &str) {
-        match self.programs[self.at.0].arc_lines.get(&self.at.1) {
-            Some(true) => return self.gap(Missing::ArcLines(text.to_owned())),
-            // the line that goes on otherwise tells them all
-            Some(false) => return,
-            None => {}
+    fn foreign(&mut self, dialect: Dialect, text: &str) -> Flow {
+        let of_arc = self.programs[self.at.0].arc_lines.get(&self.at.1);
+        if let Some(what) = of_arc {
+            match what {
+                // the line that goes on otherwise tells them all
+                ArcLine::Begins => {}
+                ArcLine::Breaks => self.gap(Missing::ArcLines(text.to_owned())),
+                ArcLine::Output => self.gap(Missing::ArcOutput(text.to_owned())),
+            }
+            return Flow::Next;
         }
         match effect_of(dialect, text) {
-            Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
+            // whether it comes to it nobody knows in a block that is not followed
+            Effect::Abort if self.in_block() => self.gap(Missing::MayEnd(text.to_owned())),
+            Effect::Abort => return self.end_all(text),
+            Effect::Wait | Effect::Pause => self.stand(text),
             Effect::Shapes(why) => self.gap(why),
             Effect::Weave => self.begin_weave(text),
             Effect::WeaveEnd => self.weave = None,
             _ => self.note("line-passed-over", first_word(text)),
         }
+        Flow::Next
+    }
+
+    /// Everything ends here, which is told.
+    fn end_all(&mut self, text: &str) -> Flow {
+        self.note("program-ends", first_word(text));
+        Flow::Abort
+    }
+
+    /// Stands for a time that is not known: of no matter while the arc is off.
+    fn stand(&mut self, text: &str) {
+        if self.arc.is_some() {
+            self.gap(Missing::WaitWithArc);
+        } else {
+            self.note("line-passed-over", first_word(text));
+        }
+    }
+
+    /// Whether a block of a script is open at the line being executed.
+    fn in_block(&self) -> bool {
+        let before = self.programs[self.at.0].instructions.iter();
+        let depth = before.take(self.at.1).fold(0_i32, |depth, instruction| {
+            let Instruction::Raw(text) = instruction else {
+                return depth;
+            };
+            depth + block(text)
+        });
+        depth > 0
     }
 
     /// Sets a register or a signal to what stands after `=`, as far as it is known.
@@ -151,5 +186,14 @@ impl Machine<'_> {
         } else {
             self.gap(Missing::Call(name));
         }
+    }
+}
+
+/// By how many blocks more are open behind a line of a script.
+fn block(text: &str) -> i32 {
+    match first_word(text).as_str() {
+        "IF" | "WHILE" | "FOR" | "THREAD" | "SEC" | "DEF" if text.ends_with(':') => 1,
+        "END" => -1,
+        _ => 0,
     }
 }

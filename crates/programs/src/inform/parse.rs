@@ -222,7 +222,8 @@ impl Reader<'_> {
         if moves.iter().any(|w| strip_prefix(line, w).is_some()) {
             self.last = None;
         }
-        self.out.keep(line);
+        let arc = self.words.map(InformWords::arc);
+        self.out.keep_beside(arc, line);
     }
 
     fn known(&mut self, line: &str) -> Option<Instruction> {

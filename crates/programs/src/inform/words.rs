@@ -3,7 +3,7 @@
 use meltpath_base::settings::Many;
 use meltpath_base::{Length, choice, table};
 
-use crate::program::SpeedUnit;
+use crate::program::{Dialect, SpeedUnit};
 use crate::template::ArcLines;
 
 choice! {
@@ -37,6 +37,7 @@ table! {
 impl InformWords {
     pub(crate) fn arc(&self) -> ArcLines<'_> {
         ArcLines {
+            dialect: Dialect::Inform,
             start: &self.arc_start,
             set: &self.arc_set,
             end: &self.arc_end,

@@ -141,7 +141,8 @@ impl Reader<'_> {
             "end" => self.depth = self.depth.saturating_sub(1),
             _ => {}
         }
-        self.out.keep(line);
+        let arc = self.words.map(ScriptWords::arc);
+        self.out.keep_beside(arc, line);
     }
 
     fn acts(&mut self, line: &str) -> Option<()> {

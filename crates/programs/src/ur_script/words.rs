@@ -2,6 +2,7 @@
 
 use meltpath_base::table;
 
+use crate::program::Dialect;
 use crate::template::ArcLines;
 
 table! {
@@ -21,6 +22,7 @@ table! {
 impl ScriptWords {
     pub(crate) fn arc(&self) -> ArcLines<'_> {
         ArcLines {
+            dialect: Dialect::UrScript,
             start: &self.arc_start,
             set: &self.arc_start,
             end: &self.arc_end,

@@ -2,6 +2,7 @@
 
 use meltpath_base::{Angle, Length, choice, table};
 
+use crate::program::Dialect;
 use crate::template::ArcLines;
 
 choice! {
@@ -48,6 +49,7 @@ table! {
 impl Val3Words {
     pub(super) fn arc(&self) -> ArcLines<'_> {
         ArcLines {
+            dialect: Dialect::Val3,
             start: &self.arc_start,
             set: &self.arc_start,
             end: &self.arc_end,

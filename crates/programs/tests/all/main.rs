@@ -10,6 +10,7 @@ mod flank;
 mod foreign;
 mod logic;
 mod others;
+mod silence;
 mod source;
 mod told;
 mod toolpath_3mf;

@@ -1,0 +1,145 @@
+//! Lines that would end a program, hold it or change its beads without a word: each is followed, or told.
+
+use meltpath_base::Reporter;
+use meltpath_programs::{CellProgramming, Dialect, Missing, Reading, dialect, read_toolpath};
+
+use crate::dialects::cell;
+use crate::told::{execute, motions, program};
+
+/// Two beads, with lines where `HERE`, `BEAD` and `BETWEEN` stand.
+const SCRIPT: &str = "def wall():
+  movel(p[0, 0, 0, 0, 3.14159265, 0], 1.2, 0.1)
+HERE
+  set_job(1)
+  set_digital_out(0, True)
+BEAD
+  movel(p[0.1, 0, 0, 0, 3.14159265, 0], 1.2, 0.0125)
+  set_digital_out(0, False)
+BETWEEN
+  movel(p[0, 0, 0.002, 0, 3.14159265, 0], 1.2, 0.1)
+  set_job(1)
+  set_digital_out(0, True)
+  movel(p[0.1, 0, 0.002, 0, 3.14159265, 0], 1.2, 0.0125)
+  set_digital_out(0, False)
+end
+";
+
+/// A cell whose arc is standard output 0 of a Universal Robot.
+fn script_cell() -> CellProgramming {
+    let mut cell = cell(&[100.0]);
+    let words = cell.script.value.as_mut().unwrap();
+    words.arc_start.value = vec![
+        "set_job({1})".to_owned(),
+        "set_digital_out(0, True)".to_owned(),
+    ];
+    words.arc_end.value = vec!["set_digital_out(0, False)".to_owned()];
+    cell
+}
+
+/// What the script does with a line in place of `at`, and what is told.
+fn script(cell: &CellProgramming, at: &str, line: &str) -> (Reading, Vec<String>) {
+    let text = SCRIPT.replace(at, &format!("  {line}"));
+    let text = ["HERE\n", "BEAD\n", "BETWEEN\n"]
+        .iter()
+        .fold(text, |text, mark| text.replace(mark, ""));
+    let parsed = dialect::read(Dialect::UrScript, text.as_bytes(), None, cell).unwrap();
+    let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+    let reporter = Reporter::new();
+    let reading = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &reporter).unwrap();
+    let told = reporter.digest(9).into_iter().map(|w| w.message);
+    (reading, told.collect())
+}
+
+fn beads(reading: &Reading) -> usize {
+    motions(reading).iter().filter(|m| m.burns).count()
+}
+
+#[test]
+fn a_script_ends_where_it_halts() {
+    let cell = script_cell();
+    assert_eq!(beads(&script(&cell, "HERE", "# on").0), 2);
+    let (reading, told) = script(&cell, "BETWEEN", "halt");
+    assert_eq!((beads(&reading), reading.gaps), (1, vec![]));
+    let line = "line 7 (\"halt\"): the program ends there, what stands behind it is not executed";
+    assert!(told.iter().any(|t| t == line), "{told:?}");
+    // whether a block that is not followed comes to it nobody knows
+    let (reading, _) = script(
+        &cell,
+        "BETWEEN",
+        "if get_standard_digital_in(2):\n    halt\n  end",
+    );
+    assert_eq!(beads(&reading), 2);
+    let may = Missing::MayEnd("halt".to_owned());
+    assert!(reading.gaps.iter().any(|g| g.why == may), "{reading:?}");
+}
+
+/// A user's alarm holds the program as a pause does: in a bead the arc burns on in place.
+#[test]
+fn a_users_alarm_holds_a_bead() {
+    let start = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "!Schedule 1 WFS 8.00 m/min",
+        "L P[1] 50mm/sec FINE Arc Start[1]",
+    ];
+    let end = [
+        "L P[2] 10mm/sec FINE",
+        "L P[3] 10mm/sec FINE Arc End[1]",
+        "UALM[1]",
+        "PAUSE",
+    ];
+    for line in ["UALM[1]", "PAUSE"] {
+        let lines = [&start[..], &[line], &end].concat();
+        let gaps = execute(&[program("P", &lines)]).unwrap().gaps;
+        assert_eq!(gaps.len(), 1, "{gaps:?}");
+        let gap = (gaps[0].line, &gaps[0].why);
+        assert_eq!(gap, (5, &Missing::WaitWithArc));
+    }
+}
+
+#[test]
+fn lines_that_are_passed_over_are_told_with_the_first_of_them() {
+    let cell = script_cell();
+    let (_, told) = script(&cell, "BETWEEN", "sync()\n  sync()");
+    let line =
+        "2 lines, first line 7 (\"sync()\"): SYNC is kept, not executed, no metal is laid by it";
+    assert!(told.iter().any(|t| t == line), "{told:?}");
+}
+
+/// Both names of an output are the same one, whichever the cell file has; what may set it otherwise is told.
+#[test]
+fn an_output_of_the_arc_has_several_names() {
+    let mut cell = script_cell();
+    for line in [
+        "set_standard_digital_out(0, False)",
+        "set_digital_out(0,False) # off",
+        "set_digital_out(b=False, n=0)",
+    ] {
+        let (reading, _) = script(&cell, "BEAD", line);
+        assert_eq!(beads(&reading), 1, "{line}");
+        // the arc's end behind finds it off
+        assert_eq!(reading.gaps.len(), 1, "{line}");
+        assert_eq!(reading.gaps[0].why, Missing::ArcOff);
+    }
+    let told = |cell: &CellProgramming, line: &str| {
+        let (reading, _) = script(cell, "BEAD", line);
+        let gaps = reading.gaps.iter();
+        gaps.filter(|g| g.why == Missing::ArcOutput(line.to_owned()))
+            .count()
+    };
+    assert_eq!(told(&cell, "set_standard_digital_out(0, bOff)"), 1);
+    assert_eq!(told(&cell, "set_digital_out(nArc, False)"), 1);
+    for other in [
+        "set_standard_digital_out(1, False)",
+        "set_configurable_digital_out(0, False)",
+        "set_tool_digital_out(0, False)",
+    ] {
+        let (reading, _) = script(&cell, "BEAD", other);
+        assert_eq!((beads(&reading), reading.gaps), (2, vec![]), "{other}");
+    }
+    let words = cell.script.value.as_mut().unwrap();
+    words.arc_start.value[1] = "set_standard_digital_out(0, True)".to_owned();
+    words.arc_end.value = vec!["set_standard_digital_out(0, False)".to_owned()];
+    let (reading, _) = script(&cell, "BETWEEN", "sync()");
+    assert_eq!((beads(&reading), reading.gaps), (2, vec![]));
+}
