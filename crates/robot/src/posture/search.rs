@@ -6,7 +6,7 @@ use super::chain::{Chain, chains};
 use super::follow::{Broken, Sample, verify};
 use super::free::Free;
 use super::ladder::{self, Blocked};
-use super::task::{Axes, Guard, Near, NotHeld, Rotation, Task, Why};
+use super::task::{Axes, Guard, Near, NotHeld, Task, Why};
 use super::{Held, Margins};
 use crate::cell::Values;
 
@@ -124,8 +124,7 @@ impl Run<'_> {
     ) -> Result<Found, NotHeld> {
         let chain = match &mut self.way {
             Way::Arm(blocked) => {
-                let from = before.filter(|_| task.rotation == Rotation::Free);
-                return of_arm(task, (self.chain, from), blocked, observer);
+                return of_arm(task, (self.chain, before), blocked, observer);
             }
             Way::All(free) => free.best(before, observer)?,
         };

@@ -373,3 +373,53 @@ fn a_written_configuration_is_kept_or_refused() {
     let not = hold(&named, &Silent).unwrap_err();
     assert_eq!(not.why, Why::Configuration(Stance::Fanuc(wound)));
 }
+
+/// Where a program's words say no turns of the wrist, a joint move goes on to the turn that is near, as its controller does.
+#[test]
+fn a_joint_move_ends_at_the_turn_that_is_near() {
+    let cell = shipped("staubli-rx60bl");
+    let mut told = 0;
+    for i in 0..12 {
+        let turn = DQuat::from_rotation_z(TAU * f64::from(i) / 12.0);
+        let at = |x: f64| Pose {
+            orientation: down(DVec3::ZERO).orientation * turn,
+            ..down(DVec3::new(x, 0.0, 0.0))
+        };
+        let to = |id: u32, x: f64, kind: Kind| Command {
+            kind,
+            orientation: at(x).orientation,
+            ..Command::line(id, at(x).position, 12.5, Smoothing::Fine)
+        };
+        let commands = vec![
+            to(0, 40.0, Kind::Line),
+            to(1, 0.0, Kind::Joint(None)),
+            to(2, 40.0, Kind::Line),
+        ];
+        let start = at(0.0);
+        let task = task(&cell, (&start, &commands), Rotation::Written);
+        let Ok(held) = hold(&task, &Silent) else {
+            continue;
+        };
+        let first = held.chains[0].joints;
+        for by in [-TAU, TAU] {
+            let mut joints = first;
+            joints[3] += by;
+            if cell.arm.chain.joints[3].limits.margin(joints[3]) < 0.1 {
+                continue;
+            }
+            let shown = cell.arm.shown(joints).map(f64::to_degrees);
+            let words = cell.stance(first).unwrap();
+            let said = BTreeMap::from([(None, Stance::Joints(shown)), (Some(1), words)]);
+            let task = Task {
+                configurations: &said,
+                ..task
+            };
+            let held = hold(&task, &Silent).unwrap();
+            let [before, after] = [0, 1].map(|run: usize| held.chains[run].joints[3]);
+            assert!((before - joints[3]).abs() < 0.01, "{before}");
+            assert!((after - before).abs() < 0.1, "{before} {after}");
+            told += 1;
+        }
+    }
+    assert!(told > 0);
+}
