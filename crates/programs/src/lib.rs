@@ -17,6 +17,7 @@ pub mod positioner;
 pub mod program;
 pub mod rapid;
 pub mod reading;
+pub mod said_frames;
 mod scan;
 mod spelling;
 mod template;

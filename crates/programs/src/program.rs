@@ -8,6 +8,8 @@ use std::fmt;
 use meltpath_base::choice;
 use meltpath_toolpath::Weave;
 
+use crate::said_frames::SaidFrames;
+
 choice! {
     /// Languages of controllers.
     pub enum Dialect {
@@ -48,6 +50,8 @@ pub struct Program {
     pub texts: Vec<String>,
     /// Kept lines that have to do with those that switch the arc, by their index.
     pub arc_lines: BTreeMap<usize, ArcLine>,
+    /// Where it says that its frames lie.
+    pub said_frames: SaidFrames,
 }
 
 impl Default for Program {
@@ -64,6 +68,7 @@ impl Default for Program {
             lines: Vec::new(),
             texts: Vec::new(),
             arc_lines: BTreeMap::new(),
+            said_frames: SaidFrames::default(),
         }
     }
 }

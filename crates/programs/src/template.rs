@@ -215,15 +215,15 @@ mod tests {
 
     #[test]
     fn outputs_of_the_arc_are_known_by_any_name() {
-        let arc = |dialect, start, line: &str| {
+        fn arc(dialect: Dialect, start: &str, line: &str) -> bool {
             let arc = ArcLines {
                 dialect,
-                start: &[String::from(start)],
+                start: &[start.to_owned()],
                 set: &[],
                 end: &[],
             };
             arc.touches(line)
-        };
+        }
         let job = |line| arc(Dialect::Inform, "DOUT OT#(12) ON", line);
         assert!(job("DOUT OT#(12) OFF") && job("PULSE OT#(12) T=0.5") && job("DOUT OG#(2) B001"));
         assert!(!job("DOUT OT#(13) ON") && !job("DOUT OG#(1) B001"));

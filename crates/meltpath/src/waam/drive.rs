@@ -17,6 +17,7 @@ pub(crate) mod over;
 mod positions;
 pub(crate) mod reach;
 pub mod record;
+pub(crate) mod said_frames;
 pub(crate) mod site;
 pub(crate) mod solids;
 pub(crate) mod times;

@@ -36,6 +36,7 @@ use super::settings::Settings;
 use crate::job::waam::LayerRelease;
 use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::division::Division;
+use crate::waam::drive::said_frames::{Elsewhere, elsewhere};
 use crate::waam::program::wanted::{Asked, Torch};
 
 /// Why there is no program, or why it cannot be run.
@@ -331,6 +332,8 @@ pub struct Commands {
     pub joint_moves: Vec<JointMove>,
     /// The axes of the job's robot along the motion, and the pace that they leave it; nothing where they were not followed.
     pub driven: Option<Driven>,
+    /// Where the program says that part and torch lie, if that is elsewhere than in the robot's file.
+    pub(in crate::waam) elsewhere: Vec<Elsewhere>,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
@@ -456,6 +459,7 @@ pub fn commands(
         slowed: Vec::new(),
         joint_moves: Vec::new(),
         driven: None,
+        elsewhere: elsewhere(programs, &reading.controls, settings),
         arc_length,
         gaps: reading.gaps,
     })

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::support::{check, thin_wall};
+use crate::support::{check, says, thin_wall};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{LeftOpen, plan_to_file, program_to_folder, run, simulate_program};
@@ -25,7 +25,8 @@ pub(crate) fn cell(dialect: &str) -> String {
         [program.script]\nsource = \"test\"\npart = \"Part\"\narc_start = [\"set_job({1})\", \"set_digital_out(0, True)\"]\n\
         arc_end = [\"set_digital_out(0, False)\"]\n\
         [program.inform]\nsource = \"test\"\nzones = [\"0.5 mm\", \"1 mm\", \"2 mm\"]\n\
-        [program.val3]\nsource = \"test\"\npart_position = [\"400 mm\", \"0 mm\", \"0 mm\"]\ntool_position = [\"0 mm\", \"0 mm\", \"330 mm\"]\n\
+        [program.val3]\nsource = \"test\"\npart_position = [\"500 mm\", \"0 mm\", \"0 mm\"]\n\
+        tool_position = [\"8.6036 mm\", \"0 mm\", \"342.2873 mm\"]\ntool_angles = [\"0 deg\", \"35 deg\", \"0 deg\"]\n\
         arc_start = [\"nJob={1}\", \"doArc=true\"]\narc_end = [\"doArc=false\"]\n"
 }
 
@@ -177,6 +178,62 @@ fn programs_of_other_controllers_run_and_are_read_back() {
         };
         let off = (built(&again.verdict) - built(verdict)).abs();
         assert!(off < 0.01, "{dialect}: {off} mm");
+    }
+}
+
+/// Part and wire tip that the program has elsewhere than the robot's file: the arm that was checked is not the one that moves.
+#[test]
+fn an_arm_that_was_checked_elsewhere_is_not_decided_about() {
+    for (dialect, robot, main, from, to, told) in [
+        (
+            "staubli-val3",
+            "staubli-rx60bl",
+            "JOB.pgx",
+            "part_position = [\"500 mm\"",
+            "part_position = [\"400 mm\"",
+            "the part is at x, y, z 400, 0, 0 mm, rx, ry, rz 0, 0, 0 deg in the arm's base, by the robot's file at x, y, z 500, 0, 0 mm",
+        ),
+        (
+            "staubli-val3",
+            "staubli-rx60bl",
+            "JOB.pgx",
+            "tool_angles = [\"0 deg\", \"35 deg\"",
+            "tool_angles = [\"0 deg\", \"36 deg\"",
+            "0.0 mm and 1.00 deg apart",
+        ),
+        (
+            "ur-script",
+            "universal-ur10e",
+            "JOB.script",
+            "part = \"Part\"",
+            "part = \"p[0.5, 0.1, 0.2, 0, 0, 0]\"",
+            "the part is at p[0.5, 0.1, 0.2, 0, 0, 0] in the arm's base",
+        ),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let (home, job) = job_for(dir.path(), dialect, robot);
+        let text = cell(dialect);
+        assert!(text.contains(from));
+        std::fs::write(home.join("cell.toml"), text.replace(from, to)).unwrap();
+        let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
+        let file = outcome.folder.join("program").join(main);
+        let again =
+            simulate_program(&file, Some(&job), NextIn(&home.join("again")), &Silent).unwrap();
+        for verdict in [&outcome.verdict, &again.verdict] {
+            let reach = check(verdict, "reach");
+            says(&reach.reason, &["the arm was checked elsewhere", told]);
+            let config = check(verdict, "config");
+            let undecided = match dialect {
+                // has no words for how an arm stands
+                "ur-script" => Status::NotChecked,
+                _ => Status::CannotSay,
+            };
+            assert_eq!(
+                (reach.status, config.status),
+                (Status::CannotSay, undecided)
+            );
+            says(reach.remedy.as_ref().unwrap(), &["of the robot's file"]);
+        }
     }
 }
 

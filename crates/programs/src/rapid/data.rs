@@ -1,8 +1,10 @@
 //! Data of modules: nested lists, targets, speeds, zones, weld data, from text and to text.
 
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Weave, WeaveShape};
 
-use crate::orientation::{quaternion_of, wpr_of_quaternion};
+use crate::orientation::{pose, quaternion_of, wpr_of_quaternion};
 use crate::program::{Axis, Coordinates};
 use crate::scan::arguments;
 use crate::weave::told;
@@ -79,6 +81,36 @@ pub(super) fn target(value: &Value) -> Option<Coordinates> {
         wpr_degrees: wpr_of_quaternion(rot.numbers()?)?,
         external: external(extax)?,
     })
+}
+
+/// The pose of a place and a quaternion.
+fn frame(value: &Value) -> Option<Pose> {
+    let [trans, rot] = value.list()? else {
+        return None;
+    };
+    let at = DVec3::from_array(trans.numbers()?);
+    Some(pose(at, wpr_of_quaternion(rot.numbers()?)?))
+}
+
+fn is(value: &Value, word: &str) -> bool {
+    matches!(value, Value::Word(own) if own.eq_ignore_ascii_case(word))
+}
+
+/// Where the tool of a `tooldata` is in the flange; nothing where the robot does not hold it.
+pub(super) fn tool(value: &Value) -> Option<Pose> {
+    let [held, at, ..] = value.list()? else {
+        return None;
+    };
+    is(held, "TRUE").then(|| frame(at))?
+}
+
+/// Where the object of a `wobjdata` lies in the base; nothing where the robot holds it, or a unit moves it.
+pub(super) fn object(value: &Value) -> Option<Pose> {
+    let [held, fixed, _, user, object] = value.list()? else {
+        return None;
+    };
+    let stands = is(held, "FALSE") && is(fixed, "TRUE");
+    Some(frame(user)?.then(frame(object)?)).filter(|_| stands)
 }
 
 /// Where a `jointtarget` lies.

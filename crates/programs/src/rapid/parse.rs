@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
@@ -26,6 +27,24 @@ struct Declared {
     zones: BTreeMap<String, f64>,
     welds: BTreeMap<String, WeldData>,
     zigzags: BTreeMap<String, Zigzag>,
+    /// Where tools are in the flange, and objects in the base.
+    tools: BTreeMap<String, Pose>,
+    objects: BTreeMap<String, Pose>,
+}
+
+impl Declared {
+    /// Where a tool and an object lie, as far as the module says it; the controller's own lie at flange and base.
+    fn lie(&self, [tool, object]: [&str; 2]) -> [Option<Pose>; 2] {
+        let at = |known: &BTreeMap<String, Pose>, name: &str, own| {
+            let name = name.to_ascii_lowercase();
+            let said = known.get(&name).copied();
+            said.or_else(|| (name == own).then_some(Pose::IDENTITY))
+        };
+        [
+            at(&self.tools, tool, "tool0"),
+            at(&self.objects, object, "wobj0"),
+        ]
+    }
 }
 
 /// Reads the routines of a module, in their order. `values` is how many values of an `arcdata` mean something in this cell.
@@ -101,6 +120,15 @@ fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
         "welddata" => {
             let weld = value.and_then(|v| data::weld(v, values));
             put(&mut known.welds, name, weld)
+        }
+        // these stay, as their masses and what the module says beside them are the controller's
+        "tooldata" => {
+            put(&mut known.tools, name, value.and_then(data::tool));
+            None
+        }
+        "wobjdata" => {
+            put(&mut known.objects, name, value.and_then(data::object));
+            None
         }
         "weavedata" => put(&mut known.zigzags, name, value.and_then(data::zigzag)),
         _ => None,
@@ -311,7 +339,12 @@ impl Routine {
     }
 
     /// Frame and tool of a move, by their numbers.
-    fn frames(&mut self, tool: &str, object: Option<&str>) -> (Option<u32>, Option<u32>) {
+    fn frames(
+        &mut self,
+        tool: &str,
+        object: Option<&str>,
+        known: &Declared,
+    ) -> (Option<u32>, Option<u32>) {
         let object = object.unwrap_or("wobj0");
         let (of_tool, of_object) = (
             numbered(&mut self.tools, tool),
@@ -319,6 +352,10 @@ impl Routine {
         );
         self.out.program.name_frame(TOOL, of_tool, tool);
         self.out.program.name_frame(USER_FRAME, of_object, object);
+        let [in_flange, in_base] = known.lie([tool, object]);
+        let said = &mut self.out.program.said_frames;
+        said.tool.extend(in_flange.map(|pose| (of_tool, pose)));
+        said.user.extend(in_base.map(|pose| (of_object, pose)));
         (Some(of_object), Some(of_tool))
     }
 
@@ -410,7 +447,7 @@ impl Routine {
         if next().is_some() || tool.is_empty() {
             return None;
         }
-        let frames = self.frames(tool, switch(&switches, "WObj"));
+        let frames = self.frames(tool, switch(&switches, "WObj"), known);
         // in the order of the line
         let via = via.map(|via| self.position(via, frames, known));
         let target = self.position(target, frames, known);

@@ -1,8 +1,11 @@
 //! A program from script. Never panics; what it does not know it keeps and lists.
 
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
 use super::words::ScriptWords;
 use crate::collected::{Collected, scaled};
-use crate::orientation::wpr_of_rotation_vector;
+use crate::orientation::{pose, wpr_of_rotation_vector};
 use crate::parsed::{ParseError, Parsed, decoded, trimmed};
 use crate::program::{
     Axis, Coordinates, Dialect, Instruction, MotionKind, PositionRef, Speed, Termination,
@@ -32,6 +35,7 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
                     arc: None,
                     tools: Vec::new(),
                     tool: 1,
+                    frame: PART,
                 });
             }
             at += 1;
@@ -84,6 +88,19 @@ struct Reader<'w> {
     tools: Vec<String>,
     /// The one that is on.
     tool: u32,
+    /// The frame of the last target.
+    frame: u32,
+}
+
+/// The number of the part's frame, and that of the base, in which poses are that name none.
+const PART: u32 = 1;
+const BASE: u32 = 2;
+
+/// A pose `p[…]` in m and rad; nothing where it is none.
+fn pose_of(text: &str) -> Option<Pose> {
+    let [x, y, z, a, b, c] = numbers(text.strip_prefix('p')?)?;
+    let at = DVec3::new(x, y, z) * 1000.0;
+    Some(pose(at, wpr_of_rotation_vector([a, b, c])?))
 }
 
 /// The numbers of a list in brackets.
@@ -195,29 +212,47 @@ impl Reader<'_> {
         call.then(|| self.out.call(name, ""))
     }
 
-    /// The pose in the part of `pose_trans(part, p[…])` or `p[…]`.
-    fn pose(&self, text: &str) -> Option<Coordinates> {
-        let pose = match called(text, "pose_trans") {
+    /// The pose of `pose_trans(part, p[…])` in the part, or of `p[…]` in the base; and the number of that frame.
+    fn pose(&self, text: &str) -> Option<(Coordinates, u32)> {
+        let (pose, frame) = match called(text, "pose_trans") {
             Some(all) => {
                 let [part, pose] = all[..] else { return None };
                 // another frame than the part's is not known
                 let own = self.words.is_none_or(|w| tidy(&w.part) == tidy(part));
-                own.then_some(pose)?
+                (own.then_some(pose)?, PART)
             }
-            None => text,
+            None => (text, BASE),
         };
         let [x, y, z, a, b, c] = numbers(pose.strip_prefix('p')?)?;
-        Some(Coordinates::Cartesian {
+        let place = Coordinates::Cartesian {
             config: String::new(),
             xyz: [x, y, z].map(|v| scaled(v, 1000.0)),
             wpr_degrees: wpr_of_rotation_vector([a, b, c])?,
             external: Vec::new(),
-        })
+        };
+        Some((place, frame))
+    }
+
+    /// The targets to come are in another frame.
+    fn frame(&mut self, number: u32) {
+        let said = match number {
+            PART => self.words.and_then(|w| pose_of(&w.part)),
+            _ => Some(Pose::IDENTITY),
+        };
+        let user = &mut self.out.program.said_frames.user;
+        user.extend(said.map(|pose| (number, pose)));
+        if self.frame != number {
+            self.frame = number;
+            self.out.push(Instruction::UserFrame(number));
+        }
     }
 
     fn target(&mut self, text: &str) -> PositionRef {
         match self.pose(text) {
-            Some(place) => self.out.place(place, (Some(1), Some(self.tool))),
+            Some((place, frame)) => {
+                self.frame(frame);
+                self.out.place(place, (Some(frame), Some(self.tool)))
+            }
             None => PositionRef::Unresolved(tidy(text)),
         }
     }
@@ -235,6 +270,9 @@ impl Reader<'_> {
             self.tools.len() - 1
         });
         let number = at as u32 + 1;
+        if let Some(pose) = self.tools.get(at).and_then(|said| pose_of(said)) {
+            self.out.program.said_frames.tool.insert(number, pose);
+        }
         if number != self.tool {
             self.tool = number;
             self.out.push(Instruction::ToolFrame(number));
@@ -265,7 +303,8 @@ impl Reader<'_> {
         let degrees = |joints: [f64; 6]| joints.map(|j| scaled(j.to_degrees(), 1.0));
         let place = if let Some(inner) = called(to, "get_inverse_kin") {
             let [pose, near] = inner[..] else { return None };
-            let mut place = self.pose(pose)?;
+            let (mut place, frame) = self.pose(pose)?;
+            self.frame(frame);
             if let Coordinates::Cartesian { config, .. } = &mut place {
                 *config = degrees(numbers(near)?).map(|j| j.to_string()).join(",");
             }
@@ -273,9 +312,11 @@ impl Reader<'_> {
         } else if let Some(joints) = numbers::<6>(to) {
             Coordinates::Joint(Axis::joints(degrees(joints)))
         } else {
-            self.pose(to)?
+            let (place, frame) = self.pose(to)?;
+            self.frame(frame);
+            place
         };
-        let target = self.out.place(place, (Some(1), Some(self.tool)));
+        let target = self.out.place(place, (Some(self.frame), Some(self.tool)));
         let share = match said(all.get(1..)?, "v", 1) {
             Said::Number(v) => Some(scaled(100.0 * v / std::f64::consts::PI, 1.0)),
             Said::No | Said::Other(_) => None,

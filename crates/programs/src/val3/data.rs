@@ -7,12 +7,15 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
 use super::words::Val3Words;
 use crate::collected::indexed;
-use crate::orientation::{wpr_of_xyz, xyz_of_wpr};
+use crate::orientation::{self, wpr_of_xyz, xyz_of_wpr};
 use crate::parsed::decoded;
 use crate::program::{Axis, Coordinates, Termination};
-use crate::scan::finite;
+use crate::scan::{finite, tidy};
 use crate::written::{fixed, short};
 
 /// The first words of a configuration, in order, where they say one.
@@ -32,6 +35,14 @@ pub(super) struct Descriptor {
     /// Speed along the path, mm/s.
     pub(super) speed: f64,
     pub(super) termination: Termination,
+}
+
+/// Frames that lie in each other which are followed.
+const DEEPEST: usize = 8;
+
+/// A name without the index of an array's first element.
+pub(super) fn whole(name: &str) -> String {
+    tidy(name.trim_end_matches("[0]"))
 }
 
 type Attributes = BTreeMap<String, String>;
@@ -127,6 +138,22 @@ impl Data {
             external: Vec::new(),
         };
         Some((place, frame))
+    }
+
+    /// Where a frame lies in the world (kind `frame`), or a tool in the flange (`tool`), through those that it lies in.
+    pub(super) fn frame(&self, reference: &str, kind: &'static str) -> Option<Pose> {
+        let (mut pose, mut name) = (Pose::IDENTITY, reference.to_owned());
+        for _ in 0..DEEPEST {
+            if matches!(whole(&name).as_str(), "world" | "flange") {
+                return Some(pose);
+            }
+            let said = self.value(&name, kind)?;
+            let [x, y, z, rx, ry, rz] = numbers(said, ["x", "y", "z", "rx", "ry", "rz"])?;
+            let wpr = wpr_of_xyz([rx, ry, rz])?;
+            pose = orientation::pose(DVec3::new(x, y, z), wpr).then(pose);
+            name.clone_from(said.get("fatherId")?);
+        }
+        None
     }
 
     /// Where joints stand.

@@ -1,6 +1,6 @@
 //! A program from VAL3. Never panics; what it does not know it keeps and lists.
 
-use super::data::{Data, Descriptor};
+use super::data::{Data, Descriptor, whole};
 use super::words::Val3Words;
 use crate::collected::Collected;
 use crate::collected::indexed;
@@ -83,11 +83,6 @@ struct Reader<'w> {
     waited: bool,
     /// Blocks that are open.
     depth: u32,
-}
-
-/// A name without the index of an array's first element.
-fn whole(name: &str) -> String {
-    tidy(name.trim_end_matches("[0]"))
 }
 
 /// A number for a name, from 1.
@@ -178,11 +173,17 @@ impl Reader<'_> {
     fn place(&mut self, reference: &str, tool: &str) -> PositionRef {
         let of_tool = numbered(&mut self.tools, tool);
         self.out.program.name_frame(TOOL, of_tool, &whole(tool));
+        if let Some(pose) = self.data.frame(tool, "tool") {
+            self.out.program.said_frames.tool.insert(of_tool, pose);
+        }
         if let Some((place, frame)) = self.data.point(reference) {
             let of_frame = numbered(&mut self.frames, &frame);
             self.out
                 .program
                 .name_frame(USER_FRAME, of_frame, &whole(&frame));
+            if let Some(pose) = self.data.frame(&frame, "frame") {
+                self.out.program.said_frames.user.insert(of_frame, pose);
+            }
             return self.out.place(place, (Some(of_frame), Some(of_tool)));
         }
         match self.data.joints(reference) {

@@ -1,6 +1,10 @@
-//! Lines that would end a program, hold it or change its beads without a word: each is followed, or told.
+//! Lines that would end a program, hold it or change its beads without a word, and what a program says of its frames: followed, or told.
+
+use std::collections::BTreeMap;
 
 use meltpath_base::Reporter;
+use meltpath_geometry::Pose;
+use meltpath_programs::said_frames::{SaidFrames, shown};
 use meltpath_programs::{CellProgramming, Dialect, Missing, Reading, dialect, read_toolpath};
 
 use crate::dialects::cell;
@@ -142,4 +146,49 @@ fn an_output_of_the_arc_has_several_names() {
     words.arc_end.value = vec!["set_standard_digital_out(0, False)".to_owned()];
     let (reading, _) = script(&cell, "BETWEEN", "sync()");
     assert_eq!((beads(&reading), reading.gaps), (2, vec![]));
+}
+
+/// Where tools and objects lie is known as far as the program says it in numbers.
+#[test]
+fn a_program_says_where_its_frames_lie() {
+    let cell = script_cell();
+    let said = |dialect, text: &str, data: Option<&str>, cell: &CellProgramming| {
+        let data = data.map(str::as_bytes);
+        let parsed = dialect::read(dialect, text.as_bytes(), data, cell).unwrap();
+        let program = parsed.into_iter().next().unwrap().program;
+        let SaidFrames { user, tool } = program.said_frames;
+        let shown = |all: BTreeMap<u32, Pose>| -> Vec<String> {
+            all.values().map(|pose| shown(dialect, pose)).collect()
+        };
+        (shown(user), shown(tool))
+    };
+    let module = "MODULE m
+PERS tooldata tGun:=[TRUE,[[8.5,0,342],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];
+TASK PERS wobjdata wTable:=[FALSE,TRUE,\"\",[[500,0,100],[1,0,0,0]],[[0,20,0],[0.7071067812,0,0,0.7071067812]]];
+PERS wobjdata wMoved:=[FALSE,FALSE,\"STN1\",[[500,0,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+PROC main()
+MoveL [[0,0,50],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tGun\\WObj:=wTable;
+MoveL [[0,0,50],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tGun\\WObj:=wMoved;
+MoveL [[0,0,50],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tOther;
+ENDPROC
+ENDMODULE
+";
+    let object = "[[500, 20, 100], [0.7071068, 0, 0, 0.7071068]]";
+    let base = "[[0, 0, 0], [1, 0, 0, 0]]";
+    let tool = "[[8.5, 0, 342], [1, 0, 0, 0]]";
+    let wanted = (
+        vec![object.to_owned(), base.to_owned()],
+        vec![tool.to_owned()],
+    );
+    assert_eq!(said(Dialect::Rapid, module, None, &cell), wanted);
+    let script = "def s():
+  set_tcp(p[0, 0, 0.3, 0, 0.5, 0])
+  movel(p[0, 0, 0, 0, 3.14159265, 0], 1.2, 0.1)
+end
+";
+    let wanted = (
+        vec!["p[0, 0, 0, 0, 0, 0]".to_owned()],
+        vec!["p[0, 0, 0.3, 0, 0.5, 0]".to_owned()],
+    );
+    assert_eq!(said(Dialect::UrScript, script, None, &cell), wanted);
 }

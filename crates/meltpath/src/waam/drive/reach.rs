@@ -23,6 +23,7 @@ use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
 use crate::waam::drive::positions::{Positions, named, stance, written_stance};
+use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
 use crate::waam::drive::way::task;
 use crate::waam::program::{self, Commands};
@@ -183,7 +184,7 @@ pub(in crate::waam) fn checks(
             None => NO_ROBOT,
         });
     };
-    match along {
+    let checks = match along {
         Err(not) => {
             // of a way that was looked for it is told where that ends, not where the positions that were written without one do
             let not = moves.not_held.as_ref().unwrap_or(not);
@@ -211,7 +212,9 @@ pub(in crate::waam) fn checks(
             collision(along, moves, settings, cell),
             config(along, cell),
         ],
-    }
+    };
+    let undecided = |check| said_frames::undecided(check, &moves.elsewhere);
+    checks.into_iter().map(undecided).collect()
 }
 
 const NO_ROBOT: &str =

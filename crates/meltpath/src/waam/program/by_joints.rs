@@ -44,7 +44,7 @@ pub(in crate::waam) fn poses(
 }
 
 /// Whether a maker's controllers read this dialect: they count joints as its arms show them.
-fn counts_as(maker: Maker, dialect: Dialect) -> bool {
+pub(in crate::waam) fn counts_as(maker: Maker, dialect: Dialect) -> bool {
     match maker {
         Maker::Fanuc => dialect == Dialect::FanucLs,
         Maker::Kuka => dialect == Dialect::Krl,

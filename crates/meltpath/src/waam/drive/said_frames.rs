@@ -1,0 +1,138 @@
+//! Where a program says in numbers that part and wire tip lie, against the robot that is checked.
+
+use std::collections::BTreeSet;
+
+use meltpath_base::{Check, Status};
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::said_frames::shown;
+use meltpath_programs::{Control, Dialect, Program};
+use meltpath_robot::cell::{Arrangement, Cell, Values};
+
+use crate::waam::program::by_joints::counts_as;
+use crate::waam::settings::Settings;
+
+/// Places that differ by no more are one: mm, and rad. Programs are written to 1 µm and 0.0001°.
+const SAME: (f64, f64) = (0.1, 0.01 / 180.0 * std::f64::consts::PI);
+
+/// A place of a program that is not that of the robot's file.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::waam) struct Elsewhere {
+    /// What differs, and by how much.
+    reason: String,
+    /// What to write where.
+    remedy: String,
+}
+
+/// What is compared.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Frame {
+    Part,
+    WireTip,
+}
+
+/// The part frames and tools of programs that lie elsewhere than in the robot's file, of those that moves are made in.
+pub(in crate::waam) fn elsewhere(
+    programs: &[Program],
+    controls: &[Control],
+    settings: &Settings,
+) -> Vec<Elsewhere> {
+    let Some(cell) = &settings.robot else {
+        return Vec::new();
+    };
+    let used: BTreeSet<(u32, Frame, u32)> = controls
+        .iter()
+        .flat_map(|c| {
+            let (frame, tool) = c.frames;
+            [
+                (c.program, Frame::Part, frame),
+                (c.program, Frame::WireTip, tool),
+            ]
+        })
+        .collect();
+    let differs = |(program, frame, number): (u32, Frame, u32)| {
+        let program = programs.get(program as usize)?;
+        let said = match frame {
+            Frame::Part => program.said_frames.user.get(&number),
+            Frame::WireTip => program.said_frames.tool.get(&number),
+        }?;
+        let known = counts_as(cell.maker, program.dialect);
+        let checked = checked(frame, cell, settings).filter(|_| known)?;
+        differing(frame, program.dialect, [said, &checked])
+    };
+    used.into_iter().filter_map(differs).collect()
+}
+
+/// Where the robot's file has it: the part in the arm's base, the wire tip in the flange; nothing where that moves.
+fn checked(frame: Frame, cell: &Cell, settings: &Settings) -> Option<Pose> {
+    if cell.arrangement != Arrangement::TorchOnRobot {
+        return None;
+    }
+    match frame {
+        Frame::WireTip => Some(cell.carrier_from_torch.then(cell.torch_from_wire_tip)),
+        // the frame goes with the table, or the base with the track
+        Frame::Part if cell.positioner.is_some() || cell.track.is_some() => None,
+        Frame::Part => {
+            let frames = cell.frames(&Values::default());
+            // heights of the program count from the plate's
+            let below = DVec3::Z * settings.plate_height.unwrap_or(0.0);
+            let part = frames.base.inverse().then(frames.part);
+            Some(part.then(Pose::at(-below)))
+        }
+    }
+}
+
+fn differing(frame: Frame, dialect: Dialect, [said, checked]: [&Pose; 2]) -> Option<Elsewhere> {
+    let apart = said.position.distance(checked.position);
+    let turned = said.orientation.angle_between(checked.orientation);
+    if apart <= SAME.0 && turned <= SAME.1 {
+        return None;
+    }
+    let (what, where_from, of_file) = match frame {
+        Frame::Part => ("the part", "the arm's base", "[table], machine.place"),
+        Frame::WireTip => ("the wire tip", "the flange", "[torch]"),
+    };
+    let [said, checked] = [said, checked].map(|pose| shown(dialect, pose));
+    let key = match (dialect, frame) {
+        (Dialect::Val3, Frame::Part) => {
+            "program.val3.part_position and part_angles of the cell file"
+        }
+        (Dialect::Val3, Frame::WireTip) => {
+            "program.val3.tool_position and tool_angles of the cell file"
+        }
+        (Dialect::UrScript, Frame::Part) => "program.script.part of the cell file",
+        (Dialect::UrScript, Frame::WireTip) => "set_tcp of the program",
+        (Dialect::Rapid, Frame::Part) => "the wobjdata",
+        (_, Frame::Part) => "the user frame",
+        (Dialect::Rapid, Frame::WireTip) => "the tooldata",
+        (_, Frame::WireTip) => "the tool",
+    };
+    Some(Elsewhere {
+        reason: format!(
+            "the arm was checked elsewhere than the program makes it stand: by the program {what} is at {said} in {where_from}, by the robot's file at {checked}, {apart:.1} mm and {:.2} deg apart",
+            turned.to_degrees()
+        ),
+        remedy: format!(
+            "measure which is right, and write it into both: {key}; {of_file} of the robot's file"
+        ),
+    })
+}
+
+/// Nothing is decided of an arm that was checked elsewhere than the program makes it stand.
+pub(in crate::waam) fn undecided(check: Check, elsewhere: &[Elsewhere]) -> Check {
+    let [first, ..] = elsewhere else {
+        return check;
+    };
+    if check.status == Status::NotChecked {
+        return check;
+    }
+    let undecided = Check {
+        status: Status::CannotSay,
+        reason: String::new(),
+        ..check.clone()
+    };
+    let told = elsewhere.iter().map(|e| e.reason.as_str());
+    let told = told.chain((!check.reason.is_empty()).then_some(check.reason.as_str()));
+    told.fold(undecided, Check::because)
+        .remedy(first.remedy.clone())
+}
