@@ -47,6 +47,8 @@ pub struct ExecutionSettings {
     pub arc_values: Vec<ArcValue>,
     /// What weave schedules set, by number.
     pub weaves: BTreeMap<u32, Weave>,
+    /// Way, mm, over which a bead may gain its speed without its metal showing it.
+    pub unseen_way: f64,
     /// Speed along the path, mm/s, of moves whose own is not known.
     pub assumed_speed: f64,
     /// Programs of the cell that lay no metal: calls to them are passed over. Capital letters.
@@ -74,6 +76,7 @@ impl Default for ExecutionSettings {
             called: BTreeMap::new(),
             arc_values: Vec::new(),
             weaves: BTreeMap::new(),
+            unseen_way: 0.5,
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
             blend: None,

@@ -1,6 +1,7 @@
 //! What controllers read: a neutral program, one module per dialect (each a writer and a parser), programs from toolpaths, and
 //! toolpaths from programs, in the order in which a controller executes them. Files hold mm and degrees; what is executed is in mm, s, rad.
 
+pub mod acceleration;
 pub mod assembly;
 pub mod build;
 pub mod cell;

@@ -8,6 +8,7 @@ use std::fmt;
 use meltpath_base::choice;
 use meltpath_toolpath::Weave;
 
+use crate::acceleration::Acceleration;
 use crate::said_frames::SaidFrames;
 
 choice! {
@@ -174,6 +175,8 @@ pub struct MotionInstruction {
     pub arc: Option<ArcWord>,
     /// Further words of the line, verbatim.
     pub extra: Vec<String>,
+    /// How quickly it gains its speed, where the program says it.
+    pub acceleration: Option<Acceleration>,
 }
 
 impl MotionInstruction {
@@ -191,6 +194,7 @@ impl MotionInstruction {
             termination,
             arc: None,
             extra: Vec::new(),
+            acceleration: None,
         }
     }
 }

@@ -349,6 +349,9 @@ pub struct Slowed {
     pub programmed: f64,
 }
 
+/// Share of a bead's width within which it may gain its speed: metal does not show it there. A rule of our own.
+const UNSEEN: f64 = 0.1;
+
 /// Where every axis keeps up.
 static OWN_PACE: Pacing = Pacing::OWN;
 
@@ -400,6 +403,7 @@ pub fn commands(
         };
         ((None, s.number), set)
     }));
+    known.unseen_way = UNSEEN * settings.bead.width.value;
     if let Some(cell) = &settings.robot {
         known.turning = by_joints::turning(cell);
     }

@@ -138,6 +138,8 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "CONFL",
                 "CONFJ",
                 "SINGAREA",
+                // as it is without
+                "ACCSET100,100",
                 "TPWRITE",
                 "TPERASE",
                 "SETDO",

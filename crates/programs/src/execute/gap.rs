@@ -92,6 +92,11 @@ pub enum Missing {
         "{0} may set an output by which the cell file's lines switch the arc: whether the arc burns is not known"
     )]
     ArcOutput(String),
+    /// A bead gains its speed over a way that its metal shows, or may do so.
+    #[error(
+        "{0} is not followed along this bead: it begins and ends too slowly, with too much metal"
+    )]
+    Acceleration(String),
     /// A word of a bead's move that is not known.
     #[error("what {0} does to this bead is not known")]
     Word(String),
@@ -180,6 +185,9 @@ impl Missing {
             }
             Missing::Profile(_) => {
                 "say speed (depositionspeed) and wire feed (mp:wirefeed) at each profile and nothing else that shapes beads; the job's bead stands in for what is not said"
+            }
+            Missing::Acceleration(_) => {
+                "leave beads the controller's usual acceleration, or one that reaches their speed within a tenth of the bead's width"
             }
             Missing::SlowJoints(_) => {
                 "raise vel of the movement descriptor; tmax says the speed along the path"

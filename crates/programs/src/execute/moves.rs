@@ -329,6 +329,20 @@ impl Machine<'_> {
         shift
     }
 
+    /// Tells a bead that gains its speed over a way that its metal shows.
+    fn look_at_acceleration(&mut self, motion: &MotionInstruction, speed: ExecutedSpeed) {
+        let Some(acceleration) = motion.acceleration.as_ref().filter(|_| self.arc.is_some()) else {
+            return;
+        };
+        let speed = match speed {
+            ExecutedSpeed::Path(speed) => Some(speed),
+            _ => None,
+        };
+        if let Some(told) = acceleration.told(speed, self.settings.unseen_way) {
+            self.gap(Missing::Acceleration(told));
+        }
+    }
+
     pub(super) fn motion(&mut self, motion: &MotionInstruction) -> Result<(), ProgramError> {
         let joint = motion.kind == MotionKind::Joint;
         if joint && self.arc.is_some() {
@@ -367,6 +381,7 @@ impl Machine<'_> {
             self.look_at_frames(frames);
         }
         let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
+        self.look_at_acceleration(motion, speed);
         if motion.kind == MotionKind::CircleArc {
             self.arc_points.push(self.executed.len());
         } else {

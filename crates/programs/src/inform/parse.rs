@@ -155,6 +155,7 @@ impl Reader<'_> {
             termination: line.termination,
             arc: None,
             extra: line.extra,
+            acceleration: None,
         }));
     }
 

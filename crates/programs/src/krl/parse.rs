@@ -8,6 +8,7 @@ use super::arc::{Form, WeldData, weld_data};
 use super::data::{coordinates, fields, number_of};
 use super::words::WeaveAmplitude;
 use super::{COUPLED, coupled};
+use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
@@ -27,6 +28,8 @@ struct List {
     frames: BTreeMap<String, (Option<u32>, Option<u32>)>,
     /// Distance of blending, mm.
     distances: BTreeMap<String, f64>,
+    /// Shares of the usual acceleration, %.
+    accelerations: BTreeMap<String, f64>,
     welds: BTreeMap<String, WeldData>,
     rest: Vec<(u32, String)>,
 }
@@ -126,6 +129,9 @@ fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()
         }
         "LDAT" | "PDAT" => {
             let all = fields(value)?;
+            if let Some(share) = number_of(&all, "ACC") {
+                list.accelerations.insert(name.clone(), share);
+            }
             list.distances.insert(name, number_of(&all, "APO_DIST")?);
         }
         "STARCDAT_T" => match weld_data(value, values, amplitude) {
@@ -167,6 +173,8 @@ struct Routine {
     weld: Option<WeldData>,
     /// The weave that is on.
     weave: Option<Weave>,
+    /// What the lines before say of how quickly moves gain their speed.
+    acceleration: Option<Acceleration>,
 }
 
 struct Reader<'a> {
@@ -190,6 +198,7 @@ impl Reader<'_> {
                     form: None,
                     weld: None,
                     weave: None,
+                    acceleration: None,
                 });
             } else if line.starts_with('&') && self.done.is_empty() {
                 self.application.push(line.to_owned());
@@ -269,8 +278,28 @@ impl Routine {
             return self.out.remark(text);
         }
         let line = uncommented(line);
+        self.accelerates(line);
         if self.sets(line, list).is_none() && self.acts(line, list).is_none() {
             self.out.keep(line);
+        }
+    }
+
+    /// What a line, which is kept all the same, says of how quickly moves gain their speed.
+    fn accelerates(&mut self, line: &str) {
+        if let Some(value) = assigned(line, "$ACC.CP") {
+            self.acceleration = Some(Acceleration::metres(value, line));
+        }
+        let all = called(line, "BAS").unwrap_or_default();
+        let [which, value] = all[..] else {
+            return;
+        };
+        match capital(which).as_str() {
+            "#INITMOV" => self.acceleration = None,
+            "#ACC_CP" => {
+                let share = number(value).map_or(0.0, |(share, _)| share);
+                self.acceleration = Acceleration::share(share, line);
+            }
+            _ => {}
         }
     }
 
@@ -310,7 +339,12 @@ impl Routine {
             return Some(());
         }
         if let Some(value) = assigned(line, "LDAT_ACT") {
-            self.distance = list.distances.get(&capital(value)).copied();
+            let name = capital(value);
+            self.distance = list.distances.get(&name).copied();
+            self.acceleration = list
+                .accelerations
+                .get(&name)
+                .and_then(|share| Acceleration::share(*share, &format!("ACC {share} of {name}")));
             return Some(());
         }
         if strip_prefix(line, "TRIGGER").is_some() && line.contains("ArcMainNG(") {
@@ -503,6 +537,7 @@ impl Routine {
         };
         self.out.push(Instruction::Motion(MotionInstruction {
             arc,
+            acceleration: self.acceleration.clone(),
             ..MotionInstruction::plain(kind, target, speed, termination)
         }));
         for more in stands.into_iter().chain(last) {

@@ -4,6 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
 use super::words::ScriptWords;
+use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
 use crate::orientation::{pose, wpr_of_rotation_vector};
 use crate::parsed::{ParseError, Parsed, decoded, trimmed};
@@ -189,6 +190,7 @@ impl Reader<'_> {
                 let (speed, radius) = (self.speed(rest)?, said(rest, "r", 3));
                 let target = self.target(all.first()?);
                 self.path(MotionKind::Linear, target, speed, &radius);
+                self.accelerates(rest);
                 return Some(());
             }
         }
@@ -198,6 +200,7 @@ impl Reader<'_> {
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
             self.path(MotionKind::Circular { via }, target, speed, &radius);
+            self.accelerates(rest);
             return Some(());
         }
         if line == "return" {
@@ -296,6 +299,18 @@ impl Reader<'_> {
             Said::Other(text) => Termination::Other(format!("r={text}")),
         };
         self.out.push_move(kind, target, speed, termination);
+    }
+
+    /// How quickly the move that was read last gains its speed, where its arguments say it.
+    fn accelerates(&mut self, rest: &[&str]) {
+        let acceleration = match said(rest, "a", 0) {
+            Said::No => None,
+            Said::Number(a) => Some(Acceleration::metres(&a.to_string(), &format!("a={a}"))),
+            Said::Other(text) => Some(Acceleration::Words(format!("a={text}"))),
+        };
+        if let Some(motion) = self.out.last_move() {
+            motion.acceleration = acceleration;
+        }
     }
 
     fn joint(&mut self, all: &[&str]) -> Option<()> {

@@ -2,6 +2,7 @@
 
 use super::data::{Data, Descriptor, whole};
 use super::words::Val3Words;
+use crate::acceleration::Acceleration;
 use crate::collected::Collected;
 use crate::collected::indexed;
 use crate::parsed::{ParseError, Parsed, decoded};
@@ -196,6 +197,7 @@ impl Reader<'_> {
         let Descriptor {
             share,
             speed,
+            acceleration,
             termination,
         } = self.data.descriptor(how)?;
         if self.waited {
@@ -210,10 +212,12 @@ impl Reader<'_> {
         }
         self.out
             .push_move(kind, target, Speed::path(speed), termination);
-        if share < SLOW
-            && let Some(motion) = self.out.last_move()
-        {
-            motion.extra.push(format!("{JOINTS_AT}{share}"));
+        if let Some(motion) = self.out.last_move() {
+            if share < SLOW {
+                motion.extra.push(format!("{JOINTS_AT}{share}"));
+            }
+            let words = format!("accel or decel {acceleration} of {how}");
+            motion.acceleration = Acceleration::share(acceleration, &words);
         }
         Some(())
     }

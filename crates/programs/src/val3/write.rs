@@ -202,6 +202,7 @@ impl Writer<'_> {
             motion.termination.clone()
         };
         let how = Descriptor {
+            acceleration: 100.0,
             share,
             speed,
             termination,

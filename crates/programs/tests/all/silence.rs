@@ -192,3 +192,58 @@ end
     );
     assert_eq!(said(Dialect::UrScript, script, None, &cell), wanted);
 }
+
+/// A bead that gains its speed slowly is told, whoever's words say so; what the metal does not show counts as none.
+#[test]
+fn slow_accelerations_of_beads_are_told() {
+    let told = |gaps: &[meltpath_programs::Gap]| {
+        let of = |g: &&meltpath_programs::Gap| matches!(g.why, Missing::Acceleration(_));
+        gaps.iter().filter(of).count()
+    };
+    let cell = script_cell();
+    for (acceleration, count) in [("0.01", 1), ("slow", 1), ("1.2", 0), ("0.5", 0)] {
+        let text = SCRIPT.replacen("], 1.2, 0.0125)", &format!("], {acceleration}, 0.0125)"), 1);
+        let text = ["HERE\n", "BEAD\n", "BETWEEN\n"]
+            .iter()
+            .fold(text, |text, mark| text.replace(mark, ""));
+        let parsed = dialect::read(Dialect::UrScript, text.as_bytes(), None, &cell).unwrap();
+        let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+        let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
+        let gaps = read.unwrap().gaps;
+        assert_eq!((told(&gaps), gaps.len()), (count, count), "{acceleration}");
+    }
+    let cell = crate::dialects::cell(&[100.0]);
+    let src = include_str!("../data/arctech_seam.src");
+    let dat = include_str!("../data/arctech_seam.dat");
+    let seam = |line: &str, dat: &str| {
+        let src = src.replacen(
+            "LDAT_ACT = LCPDAT2\n",
+            &format!("LDAT_ACT = LCPDAT2\n{line}\n"),
+            1,
+        );
+        let data = Some(dat.as_bytes());
+        let parsed = dialect::read(Dialect::Krl, src.as_bytes(), data, &cell).unwrap();
+        let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+        let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
+        told(&read.unwrap().gaps)
+    };
+    assert_eq!(seam("", dat), 0);
+    assert_eq!(seam("$ACC.CP=2.3", dat), 0);
+    assert_eq!(seam("$ACC.CP=0.01", dat), 2);
+    assert_eq!(seam("$ACC.CP=aBead", dat), 2);
+    assert_eq!(seam("BAS(#ACC_CP,30)", dat), 2);
+    let lower = dat.replace("LCPDAT2={VEL 0.1,ACC 100.0", "LCPDAT2={VEL 0.1,ACC 50.0");
+    assert_ne!(lower, dat);
+    assert_eq!(seam("", &lower), 2);
+    let dtx = include_str!("../data/bead.dtx");
+    let pgx = include_str!("../data/bead.pgx");
+    let cell = crate::dialects::cell(&[100.0, 120.0]);
+    for (said, some) in [("accel=\"100\"", false), ("decel=\"20\"", true)] {
+        let data = dtx.replace("tmax=\"8\"", &format!("{said} tmax=\"8\""));
+        let data = Some(data.as_bytes());
+        let parsed = dialect::read(Dialect::Val3, pgx.as_bytes(), data, &cell).unwrap();
+        let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+        let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
+        assert_eq!(told(&read.unwrap().gaps) > 0, some, "{said}");
+    }
+}
