@@ -10,6 +10,7 @@ mod collected;
 pub mod dialect;
 mod execute;
 pub mod fanuc_ls;
+pub mod frame_text;
 pub mod inform;
 pub mod krl;
 mod orientation;

@@ -262,7 +262,13 @@ fn one_job_is_written_for_two_controllers() {
     let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
     assert_eq!(names(&outcome.folder), ["JOB.LS", "JOB.dat", "JOB.src"]);
     assert_eq!(check(&outcome.verdict, "program").status, Status::Pass);
-    assert_ne!(check(&outcome.verdict, "lack").status, Status::CannotSay);
+    // two layers of a wall of ten
+    let lack = check(&outcome.verdict, "lack");
+    assert_eq!(lack.status, Status::Fail);
+    says(
+        lack.remedy.as_ref().unwrap(),
+        &["raise layers.count", "2 layers end"],
+    );
     let main = outcome.folder.join("program/JOB.src");
     let again = simulate_program(&main, Some(&job), NextIn(&home.join("again")), &Silent).unwrap();
     let lack = check(&again.verdict, "lack");

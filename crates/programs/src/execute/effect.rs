@@ -246,9 +246,11 @@ pub(super) fn joints_at(word: &str) -> Option<f64> {
     word.strip_prefix(JOINTS_AT)?.trim().parse().ok()
 }
 
-/// Words of a move that run something else on the way.
-pub(super) fn calls(word: &str) -> bool {
-    word.to_ascii_uppercase().contains("CALL")
+/// The program that a word of a move runs on its way, in capitals: `TB .10sec,CALL NAME`.
+pub(super) fn called_on_the_way(word: &str) -> Option<String> {
+    let word = word.to_ascii_uppercase();
+    let (_, name) = word.split_once("CALL")?;
+    Some(first_word(name.trim_start()))
 }
 
 /// The number after a word, as in `Layer 12`.

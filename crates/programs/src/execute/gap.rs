@@ -47,6 +47,9 @@ pub enum Missing {
     /// A program that was not given.
     #[error("program {0} is called, but was not given")]
     Call(String),
+    /// A program that runs on the way of a move.
+    #[error("{0} runs a program on the way of this move, which is not followed")]
+    OnTheWay(String),
     /// An arc word whose setting of the source is not known.
     #[error("which wire feed {0} sets is not known")]
     Schedule(String),
@@ -163,6 +166,9 @@ impl Missing {
             Missing::Frames(..) => "simulate the beads of each frame by themselves",
             Missing::Call(_) => {
                 "put its file beside the program, or name it in passed_over of the cell file if it lays no metal"
+            }
+            Missing::OnTheWay(_) => {
+                "name the program in passed_over of the cell file if it lays no metal, or call it where the torch stops"
             }
             Missing::Schedule(_) => {
                 "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), or what the numbers mean (arc_values)"

@@ -5,7 +5,9 @@ use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
 use super::beside::{Beside, turning};
-use super::effect::{calls, coordinated, first_word, joints_at, leaves_beads, moves_target};
+use super::effect::{
+    called_on_the_way, coordinated, first_word, joints_at, leaves_beads, moves_target,
+};
 use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
     Refusal,
@@ -312,8 +314,12 @@ impl Machine<'_> {
             } else if moves_target(word) {
                 self.gap(Missing::Offset(word.clone()));
                 shift = None;
-            } else if calls(word) {
-                self.gap(Missing::Call(word.clone()));
+            } else if let Some(name) = called_on_the_way(word) {
+                if self.settings.passed_over.contains(&name) {
+                    self.note("call-passed-over", name);
+                } else {
+                    self.gap(Missing::OnTheWay(word.clone()));
+                }
             } else if coordinated(word) {
                 // told with the place of the positioner
             } else if let Some(share) = joints_at(word) {

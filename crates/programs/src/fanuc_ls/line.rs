@@ -175,6 +175,9 @@ fn termination(text: &str) -> Option<(Termination, &str)> {
     (share <= 100).then_some((Termination::Cnt(share), after))
 }
 
+/// Words of a move behind which stands what runs on its way: time before, time after, distance before.
+const ON_THE_WAY: [&str; 3] = ["TB", "TA", "DB"];
+
 fn motion(text: &str) -> Option<MotionInstruction> {
     let mut letters = text.chars();
     let letter = letters.next()?.to_ascii_uppercase();
@@ -202,6 +205,13 @@ fn motion(text: &str) -> Option<MotionInstruction> {
         {
             arc = Some(word);
             rest = after;
+        } else if ON_THE_WAY
+            .iter()
+            .any(|w| strip_word(rest.trim_start(), w).is_some())
+        {
+            // what runs so much before or after the target goes to the end of the line
+            extra.push(tidy(rest));
+            break;
         } else if let Some((head, after)) = word(rest) {
             extra.push(tidy(head));
             rest = after;

@@ -1,11 +1,14 @@
 //! Lines that would end a program, hold it or change its beads without a word, and what a program says of its frames: followed, or told.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::Reporter;
 use meltpath_geometry::Pose;
-use meltpath_programs::said_frames::{SaidFrames, shown};
-use meltpath_programs::{CellProgramming, Dialect, Missing, Reading, dialect, read_toolpath};
+use meltpath_programs::frame_text::shown;
+use meltpath_programs::said_frames::SaidFrames;
+use meltpath_programs::{
+    CellProgramming, Dialect, ExecutionSettings, Missing, Reading, dialect, read_toolpath,
+};
 
 use crate::dialects::cell;
 use crate::told::{execute, motions, program};
@@ -246,4 +249,35 @@ fn slow_accelerations_of_beads_are_told() {
         let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
         assert_eq!(told(&read.unwrap().gaps) > 0, some, "{said}");
     }
+}
+
+/// What runs on the way of a move is one line and one fault.
+#[test]
+fn a_program_that_runs_on_the_way_is_told_once() {
+    let lines = |word: &str| {
+        let bead = format!("L P[2] 10mm/sec CNT50 {word}");
+        let lines = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8.00 m/min",
+            "L P[1] 50mm/sec FINE Arc Start[1]",
+            &bead,
+            "L P[3] 10mm/sec FINE Arc End[1]",
+        ];
+        program("P", &lines)
+    };
+    let word = "TB .10sec,CALL WIREOFF";
+    let gaps = execute(&[lines(word)]).unwrap().gaps;
+    assert_eq!(gaps.len(), 1, "{gaps:?}");
+    assert_eq!(
+        (gaps[0].line, &gaps[0].why),
+        (5, &Missing::OnTheWay(word.to_owned()))
+    );
+    assert!(gaps[0].text.contains(word));
+    let known = ExecutionSettings {
+        passed_over: BTreeSet::from(["WIREOFF".to_owned()]),
+        ..ExecutionSettings::default()
+    };
+    let read = read_toolpath(&[lines(word)], &known, 1000.0, &Reporter::new());
+    assert_eq!(read.unwrap().gaps, []);
 }

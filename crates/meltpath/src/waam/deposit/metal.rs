@@ -45,6 +45,12 @@ pub(in crate::waam) fn checks(
         (reporter, observer),
     )?;
     let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
+    if let Some(remedy) = few_layers(laid, part, settings) {
+        let lack = checks.iter_mut().find(|c| c.id == "lack");
+        if let Some(lack) = lack {
+            *lack = lack.clone().remedy(remedy);
+        }
+    }
     checks.extend(layer_checks(
         laid.layers,
         &growth,
@@ -58,6 +64,18 @@ pub(in crate::waam) fn checks(
     checks.push(overhang_check(plan, settings));
     checks.extend(plate_check(plan, settings));
     Ok(checks)
+}
+
+/// What to do about metal that is missing where the layers that the job counts end below the part's top; nothing where they do not.
+fn few_layers(laid: &Laid<'_>, part: &Part, settings: &Settings) -> Option<String> {
+    let count = settings.count?;
+    let (reached, top) = (laid.layers.last()?.planned_top, part.mesh.bounds()?.1.z);
+    let missing = top - reached;
+    (missing > 0.5 * settings.bead.height.value).then(|| {
+        format!(
+            "raise layers.count, or leave it out: {count} layers end {reached:.1} mm over the plate, the part is {top:.1} mm high"
+        )
+    })
 }
 
 /// What keeps a plan's metal from being decided about.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use meltpath_base::{Check, Status};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::said_frames::shown;
+use meltpath_programs::frame_text::shown;
 use meltpath_programs::{Control, Dialect, Program};
 use meltpath_robot::cell::{Arrangement, Cell, Values};
 
@@ -89,8 +89,12 @@ fn differing(frame: Frame, dialect: Dialect, [said, checked]: [&Pose; 2]) -> Opt
         return None;
     }
     let (what, where_from, of_file) = match frame {
-        Frame::Part => ("the part", "the arm's base", "[table], machine.place"),
-        Frame::WireTip => ("the wire tip", "the flange", "[torch]"),
+        Frame::Part => (
+            "the part",
+            "the arm's base",
+            "[table] of the robot's file, machine.place of the job",
+        ),
+        Frame::WireTip => ("the wire tip", "the flange", "[torch] of the robot's file"),
     };
     let [said, checked] = [said, checked].map(|pose| shown(dialect, pose));
     let key = match (dialect, frame) {
@@ -112,9 +116,7 @@ fn differing(frame: Frame, dialect: Dialect, [said, checked]: [&Pose; 2]) -> Opt
             "the arm was checked elsewhere than the program makes it stand: by the program {what} is at {said} in {where_from}, by the robot's file at {checked}, {apart:.1} mm and {:.2} deg apart",
             turned.to_degrees()
         ),
-        remedy: format!(
-            "measure which is right, and write it into both: {key}; {of_file} of the robot's file"
-        ),
+        remedy: format!("measure which is right, and write it into both: {key}; {of_file}"),
     })
 }
 
