@@ -6,7 +6,11 @@ use meltpath_base::{
 };
 
 use super::layout::{Arrangement, Maker};
-use super::sound::{FASTEST, QUICKEST};
+
+/// No arm turns a joint faster, rad/s: three times the last axes of the fastest that are sold.
+pub(super) const FASTEST: f64 = 10.0 * std::f64::consts::TAU;
+/// No arm speeds a joint up more, rad/s²: ten times what small and fast ones do.
+const QUICKEST: f64 = 1e5_f64.to_radians();
 
 quantity!(
     /// How fast a speed of sliding changes, mm/s² inside.

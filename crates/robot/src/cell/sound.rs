@@ -16,11 +16,6 @@ use crate::kinematics::{Chain, Limits};
 pub(super) const LONGEST: f64 = 10_000.0;
 /// No arm turns a joint farther to a side, turns: the last axes of arms that turn without end are told with a handful.
 pub(super) const MOST_TURNS: f64 = 10.0;
-/// No arm turns a joint faster, rad/s: three times the last axes of the fastest that are sold.
-pub(super) const FASTEST: f64 = 10.0 * TAU;
-/// No arm speeds a joint up more, rad/s²: ten times what small and fast ones do.
-pub(super) const QUICKEST: f64 = 1e5_f64.to_radians();
-
 /// What is wrong with the order of two limits, and what to do; nothing where the lesser one is below.
 pub(super) fn order(low: f64, high: f64) -> Option<(&'static str, &'static str)> {
     if low > high {

@@ -27,26 +27,10 @@ const SOURCE: &str = "source = \"its URDF\"";
 pub fn from_urdf(text: &str) -> Result<String, UrdfError> {
     let arm = stand::upright(arm(text)?);
     let mut toml = format!("name = {:?}\n", arm.name);
-    match Recognised::of(&arm.joints, arm.last_from_flange) {
-        Some(found) => {
-            let along = found.parameters.c4;
-            let rest = found.end_from_flange;
-            // the end of the closed form looks outward
-            let looks_in = (rest.orientation * DVec3::Z).z < 0.0;
-            let told = (looks_in || is_askew(rest, DVec3::Z)).then_some(TURNED);
-            table_of_arm(&mut toml, &arm.flange, along, rest, told);
-            spherical(&mut toml, &found);
-            limits(&mut toml, &arm.joints);
-            shown(&mut toml, &found);
-        }
-        None => {
-            let (along, rest) = along_the_last(&arm);
-            let last = arm.joints.last().map_or(DVec3::Z, |j| j.axis);
-            let told = is_askew(rest, last).then_some(ASKEW);
-            table_of_arm(&mut toml, &arm.flange, along, rest, told);
-            axes(&mut toml, &arm.joints);
-            limits(&mut toml, &arm.joints);
-        }
+    if let Some(found) = Recognised::of(&arm.joints, arm.last_from_flange) {
+        closed(&mut toml, &arm, &found);
+    } else {
+        any(&mut toml, &arm);
     }
     base(&mut toml, arm.root_from_base);
     // what is printed is to be read again
@@ -57,6 +41,28 @@ pub fn from_urdf(text: &str) -> Result<String, UrdfError> {
 }
 
 // writing into a string does not fail, here and below
+
+/// Arm and joints of a closed form.
+fn closed(toml: &mut String, arm: &UrdfArm, found: &Recognised) {
+    let rest = found.end_from_flange;
+    // the end of the closed form looks outward
+    let looks_in = (rest.orientation * DVec3::Z).z < 0.0;
+    let told = (looks_in || is_askew(rest, DVec3::Z)).then_some(TURNED);
+    table_of_arm(toml, &arm.flange, found.parameters.c4, rest, told);
+    spherical(toml, found);
+    limits(toml, &arm.joints);
+    shown(toml, found);
+}
+
+/// Arm and joints of any other.
+fn any(toml: &mut String, arm: &UrdfArm) {
+    let (along, rest) = along_the_last(arm);
+    let last = arm.joints.last().map_or(DVec3::Z, |j| j.axis);
+    let told = is_askew(rest, last).then_some(ASKEW);
+    table_of_arm(toml, &arm.flange, along, rest, told);
+    axes(toml, &arm.joints);
+    limits(toml, &arm.joints);
+}
 
 /// Said of a turned flange where the last axis's own frame is known to have the z of a pendant's flange.
 const TURNED: &str = "# its z does not point out along the last axis: where the pendant's flange does, leave flange_angles out and measure [torch] by the pendant\n";

@@ -148,10 +148,10 @@ struct Lines<'a> {
 impl Lines<'_> {
     fn of(&mut self, place: u64) -> usize {
         let to = usize::try_from(place).unwrap_or(usize::MAX);
-        let bytes = self.text.as_bytes();
-        let to = to.clamp(self.counted, bytes.len());
-        let between = bytes.get(self.counted..to).unwrap_or_default();
-        self.line += between.iter().filter(|b| **b == b'\n').count();
+        let to = to.clamp(self.counted, self.text.len());
+        // places lie between characters
+        let between = self.text.get(self.counted..to).unwrap_or_default();
+        self.line += between.matches('\n').count();
         self.counted = to;
         self.line
     }

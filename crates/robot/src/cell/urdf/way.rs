@@ -8,7 +8,8 @@ use meltpath_geometry::math::DVec3;
 
 use super::error::{JointFault, UrdfError};
 use super::read::{Joint, JointType, joints};
-use crate::cell::sound::{FASTEST, LONGEST, MOST_TURNS};
+use crate::cell::file::FASTEST;
+use crate::cell::sound::{LONGEST, MOST_TURNS};
 
 /// An arm: six turning joints one after the other.
 pub(super) struct UrdfArm {
