@@ -49,7 +49,7 @@ impl Line {
         let half = (radius * radius - beside * beside).sqrt();
         let at = to.dot(self.along);
         // NaN where the line passes by
-        (half > 0.0).then(|| [at - half, at + half])
+        (half > 0.0).then_some([at - half, at + half])
     }
 
     /// What a disc of that radius, mm, covers on its way from `a` to `b`: one interval, since what it sweeps is convex.

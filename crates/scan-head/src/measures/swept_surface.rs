@@ -12,6 +12,8 @@ use super::sweep::{Covered, Line};
 const ROWS: f64 = 4000.0;
 /// Mean distance of rows over the spot's diameter, at least.
 const FINEST: f64 = 0.01;
+/// What rows resolve of a share: their halves may agree by chance.
+const RESOLVED: f64 = 5e-4;
 /// Where in its strip each row lies: multiples of the golden ratio fall into step with nothing.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -20,7 +22,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 pub struct Rate {
     /// The share.
     pub share: f64,
-    /// How far two halves of the rows differ from their mean; 0 where nothing but cells is counted.
+    /// How far two halves of the rows differ from their mean, at least what rows resolve; 0 where nothing but cells is counted.
     pub doubt: f64,
 }
 
@@ -117,9 +119,16 @@ impl SweptSurface {
         let [even, odd] = halves;
         let wanted = even[1] + odd[1];
         let share = |[swept, wanted]: [f64; 2]| if wanted > 0.0 { swept / wanted } else { 0.0 };
+        let all = share([even[0] + odd[0], wanted]);
+        let differ = 0.5 * (share(even) - share(odd)).abs();
         let rate = Rate {
-            share: share([even[0] + odd[0], wanted]),
-            doubt: 0.5 * (share(even) - share(odd)).abs(),
+            share: all,
+            // nothing is doubtful where all is swept
+            doubt: if all < 1.0 - RESOLVED {
+                differ.max(RESOLVED)
+            } else {
+                differ
+            },
         };
         (self.step * wanted, rate)
     }
@@ -150,7 +159,7 @@ mod tests {
                 assert!((area - 40.0 * 6.0 * hatch).abs() < 1e-2 * area, "{area}");
                 let off = rate.share - spot / hatch;
                 assert!(off.abs() < 2e-3, "{spot} {hatch} {turn}: {rate:?}");
-                assert!(off.abs() < 4.0 * rate.doubt + 5e-4, "{off} {rate:?}");
+                assert!(off.abs() < 4.0 * rate.doubt, "{off} {rate:?}");
             }
         }
     }
