@@ -163,6 +163,6 @@ mod tests {
         assert_eq!(outputs("set_digital_out(8, True)"), [8..=8, 16..=16]);
         assert_eq!(outputs("set_configurable_digital_out(0, True)"), [8..=8]);
         assert_eq!(outputs("set_digital_out(n, True)"), [0..=17]);
-        assert_eq!(outputs("set_analog_out(0, 1)"), [0..=0; 0]);
+        assert!(outputs("set_analog_out(0, 1)").is_empty());
     }
 }

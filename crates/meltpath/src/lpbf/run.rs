@@ -79,16 +79,7 @@ pub fn run(
     let folder = home.create()?;
     let said = plan.warnings.iter();
     said.for_each(|w| reporter.push(w.clone()));
-    for letter in &settings.foreign {
-        reporter.warn(
-            "controller-other-motor",
-            format!(
-                "the controller of the {} axis was made for another motor than the head's",
-                letter.to_ascii_uppercase()
-            ),
-            "tune on the head's own motor",
-        );
-    }
+    tell_of_controllers(settings, &reporter);
     let head = settings.data.head.ready()?;
     let found = match &settings.search {
         Some(bounds) => Some(optimise::run(&plan, bounds, observer)?),
@@ -174,6 +165,20 @@ pub fn run(
         folder: commit(folder)?,
         verdict,
     })
+}
+
+/// Notes of controllers that were made for other motors.
+fn tell_of_controllers(settings: &settings::Settings, reporter: &Reporter) {
+    for letter in &settings.foreign {
+        reporter.warn(
+            "controller-other-motor",
+            format!(
+                "the controller of the {} axis was made for another motor than the head's",
+                letter.to_ascii_uppercase()
+            ),
+            "tune on the head's own motor",
+        );
+    }
 }
 
 /// Takes the decision from checks of marks that say more than is followed.

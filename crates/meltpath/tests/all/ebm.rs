@@ -220,7 +220,7 @@ fn a_path_is_found_on_the_reference_solver() {
 fn optimiser_and_judge_speak_of_one_window() {
     let dir = tempfile::tempdir().unwrap();
     let text = JOB.replace("path = \"path.csv\"\n", "")
-        + "[hatch]\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nrounds = 1\ncell = \"0.125 mm\"\nstep = \"10 us\"\n[judge]\nsolver = \"reference\"\nground = \"thesis-box\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n";
+        + "[hatch]\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nrounds = 1\ncell = \"0.06 mm\"\nstep = \"10 us\"\n[judge]\nsolver = \"reference\"\nground = \"thesis-box\"\nbeyond = \"0.1 mm\"\ncell = \"0.06 mm\"\nstep = \"10 us\"\n";
     let file = write(dir.path(), "job.toml", previewed(&text));
     let plan = plan_of(&file);
     let outcome = simulate(&plan, &Reporter::new(), &Silent).unwrap();
@@ -440,7 +440,7 @@ fn the_whole_section_is_judged() {
         );
     }
     let empty = checked(&format!(
-        "beyond = \"2 mm\"\npart = [[\"3.4 mm\", \"0.1 mm\"], [\"3.5 mm\", \"0.2 mm\"]]\n{region}"
+        "beyond = \"2 mm\"\npart = [[\"3.4 mm\", \"0.1 mm\"], [\"3.45 mm\", \"0.15 mm\"]]\n{region}"
     ));
     let (status, _, reason) = empty("in-window");
     assert!(

@@ -84,7 +84,9 @@ fn a_file_cut_between_layers_is_refused() {
         for told in [None, Some(2), Some(3), Some(8)] {
             let mut bytes = Vec::new();
             let mut writer = Writer::new(&mut bytes, form, &parts(), told).unwrap();
-            layers.iter().for_each(|l| writer.layer(l).unwrap());
+            for layer in &layers {
+                writer.layer(layer).unwrap();
+            }
             writer.finish().unwrap();
             let mut found: Vec<_> = Reader::new(bytes.as_slice()).unwrap().collect();
             if told == Some(8) {
