@@ -118,6 +118,6 @@ fn walls_that_tell_nothing_are_refused() {
     let rising: String = walls(0.0).split_inclusive('\n').skip(18).collect();
     says(
         &told(format!("name = \"a\"\n{BEAM}{LINE}{rising}")),
-        &["both sides"],
+        &["either side"],
     );
 }

@@ -155,7 +155,7 @@ fn a_wall_narrower_than_the_spacing_is_one_line() {
 /// Part, what the job says more, how the line begins that is to blame, and words of the refusal.
 const REFUSED: [(&str, &str, &str, &str); 14] = [
     ("none.stl", "", "part = ", "none.stl"),
-    ("sheet.stl", "", "part = ", "is empty"),
+    ("sheet.stl", "", "part = ", "has no area"),
     (
         "block.stl",
         "[section]\nheight = \"2.5 mm\"",
@@ -166,7 +166,7 @@ const REFUSED: [(&str, &str, &str, &str); 14] = [
         "gap.stl",
         "[section]\nheight = \"3 mm\"",
         "height",
-        "is empty",
+        "has no area",
     ),
     (
         "block.stl",
