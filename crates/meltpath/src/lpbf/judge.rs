@@ -211,9 +211,11 @@ fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) 
     }
     let id = format!("unlit-{number}");
     let title = format!("{recipe}: longest stretch of contours without light");
+    // as far as a spot heals, or as the job lets contours be off
     let spot = 2.0 * settings.data.head.beam.waist;
+    let most = spot.max(settings.job.checks.contour_error.0);
     let found = Measure::exact(dark.longest.length, "mm");
-    let check = Check::judge(&id, &title, found, Limit::AtMost(spot));
+    let check = Check::judge(&id, &title, found, Limit::AtMost(most));
     if dark.length == 0.0 {
         return Some(check);
     }

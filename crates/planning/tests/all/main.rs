@@ -181,7 +181,7 @@ fn assert_sound(plan: &LayerPlan, regions: &[Region], what: &str) {
             .map(|r| clearance(r, p))
             .fold(f64::NEG_INFINITY, f64::max);
         assert!(
-            room >= 0.5 * s.narrowest * s.width - 3.0 * s.tolerance,
+            room >= 0.5 * s.narrowest * s.width - 4.0 * s.tolerance,
             "{what}: {p} is {room} from the boundary"
         );
     }
