@@ -134,7 +134,7 @@ impl Identification {
         let source = if (0.0..=1.0).contains(&felt) {
             format!("{file}, {stated}")
         } else {
-            format!("{file}, {stated}, nearest to {felt:.3}")
+            format!("{file}, {stated}, fitted {felt:.3}")
         };
         let value = format!("{:.3} 1", felt.clamp(0.0, 1.0));
         Some(figure("friction_felt", &value, &source))
