@@ -90,7 +90,12 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     let both = [("cascade", Status::CannotSay), ("h-infinity", Status::Fail)];
     for (controller, status) in both {
         let previewed = run(&format!("{controller}\"\npath = \"preview")).unwrap();
-        assert_eq!(previewed.verdict.status(), status, "{controller} {:?}", previewed.verdict);
+        assert_eq!(
+            previewed.verdict.status(),
+            status,
+            "{controller} {:?}",
+            previewed.verdict
+        );
     }
     for controller in ["runs/001/controllers.json", "h-infinity"] {
         let done = run(controller).unwrap();
