@@ -45,19 +45,6 @@ pub(super) fn warn(beads: &[Measured], cloud: &Cloud, plate: &Plate, reporter: &
         );
     }
     for (k, bead) in beads.iter().enumerate() {
-        let contact = bead
-            .at_rest
-            .map_or(180.0, |section| section.contact.to_degrees());
-        if contact > 90.0 {
-            reporter.warn(
-                "hangs-over",
-                format!(
-                    "bead {}: liquid at rest as wide and high meets the plate at {contact:.0}° or more: it hangs over its toes",
-                    k + 1
-                ),
-                "more heat, less wire for the travel, a clean plate: beside such a bead the next one does not fuse down to the plate",
-            );
-        }
         let (form, off) = (bead.form(), bead.off());
         if form.abs() > FORM || off > FORM {
             reporter.warn(

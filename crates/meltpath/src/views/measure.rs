@@ -31,12 +31,18 @@ fn sizes(found: &Found) -> Table {
                 ("area (mm²)", Cell::Fixed(b.area[0], 2)),
                 ("± along it", Cell::Fixed(b.area[1], 2)),
                 ("form (%)", Cell::Fixed(100.0 * b.form(), 1)),
-                ("contact angle (°)", Cell::Fixed(contact(b), 0)),
+                ("toe of the parabola (°)", Cell::Fixed(toe(b), 0)),
+                ("contact angle at rest (°)", Cell::Fixed(contact(b), 0)),
                 ("of the wire fed (%)", Cell::Fixed(kept, 1)),
             ]
         }),
     )
-    .noted("Width and height are those of the parabola of least squares, over the middle 60 % of each bead. The area is measured without a form; form is how far two thirds of width times height are from it. The contact angle is that of liquid at rest of the bead's width and height.")
+    .noted("Width and height are those of the parabola of least squares, over the middle 60 % of each bead. The area is measured without a form; form is how far two thirds of width times height are from it. The contact angle at rest is that of still liquid of the bead's width and height: the bead's own where its points follow that form.")
+}
+
+/// The angle at which the parabola meets the plate, degrees.
+fn toe(bead: &Measured) -> f64 {
+    (4.0 * bead.height[0] / bead.width[0]).atan().to_degrees()
 }
 
 /// The contact angle of liquid at rest, degrees.
@@ -146,17 +152,17 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
     folder.write("beads.csv", |w| {
         writeln!(
             w,
-            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,contact_angle_deg,wire_feed_mm_s,travel_speed_mm_s,fed_mm2"
+            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,toe_angle_deg,contact_angle_deg,wire_feed_mm_s,travel_speed_mm_s,fed_mm2"
         )?;
         for (k, b) in found.beads.iter().enumerate() {
             let m = b.bead.middle;
             let setting = b.setting.map_or([f64::NAN; 2], |s| [s.feed(), s.travel_speed]);
             writeln!(
                 w,
-                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                 k + 1, m.x, m.y, m.z, b.bead.length, b.bead.sections.len(),
                 b.width[0], b.width[1], b.height[0], b.height[1], b.area[0], b.area[1],
-                contact(b), setting[0], setting[1], b.fed.unwrap_or(f64::NAN)
+                toe(b), contact(b), setting[0], setting[1], b.fed.unwrap_or(f64::NAN)
             )?;
         }
         Ok(())
