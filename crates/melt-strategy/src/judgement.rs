@@ -20,8 +20,8 @@ use meltpath_thermal::solver::Face;
 use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
-pub use size::{Bytes, bytes};
-use size::{KEPT, coarser};
+use size::coarser;
+pub use size::{Bytes, KEPT, bytes};
 
 /// Largest change of a share that is called converged.
 pub const CONVERGED: f64 = 0.05;

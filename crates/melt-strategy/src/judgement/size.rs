@@ -9,7 +9,7 @@ const COARSER: usize = 4;
 /// before.
 const COOLING: f64 = 1.0;
 /// How far beside the path highest temperatures are kept, mm.
-pub(super) const KEPT: f64 = 0.5;
+pub const KEPT: f64 = 0.5;
 
 /// Bytes of a number that the solver keeps.
 const NUMBER: f64 = 4.0;

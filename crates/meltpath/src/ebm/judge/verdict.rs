@@ -2,7 +2,7 @@
 //! figures are not converged it cannot say either.
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
-use meltpath_melt_strategy::judgement::{CONVERGED, Share, Variant};
+use meltpath_melt_strategy::judgement::{CONVERGED, KEPT, Share, Variant};
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -105,7 +105,7 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         }
         let share = 100.0 * path.undrawn;
         format!(
-            "a path that draws all of the section: {share:.1} % of it lie more than 0.5 mm beside this one; {cure}"
+            "a path that draws all of the section: {share:.1} % of it lie more than {KEPT} mm beside this one; {cure}"
         )
     };
     let check = |[id, title]: [&str; 2], (figure, limit): &(Figure, Limit), cure: &str| {
@@ -288,19 +288,13 @@ impl Section<'_> {
         let doubts = doubts.into_iter().flatten().chain(self.hot());
         let check = doubts.fold(check, |check, doubt| {
             // what fails fails whatever the doubt: its cure alone stands, which may ask for the opposite
-            if check.status != Status::Fail {
+            if check.status != Status::Fail && !remedies.contains(&doubt.remedy) {
                 remedies.push(doubt.remedy);
             }
             Check {
                 status: check.status.max(Status::CannotSay),
                 ..check.because(&doubt.reason)
             }
-        });
-        let mut told = Vec::new();
-        remedies.retain(|remedy| {
-            let new = !told.contains(remedy);
-            told.push(remedy.clone());
-            new
         });
         if remedies.is_empty() {
             // the uncertainty alone is larger than the limit
@@ -381,7 +375,7 @@ impl Section<'_> {
     /// Where more may melt than was looked at.
     fn cut_off(&self) -> Option<Doubt> {
         self.cut.then(|| Doubt {
-            reason: "metal melts up to 0.5 mm beside the path, as far as was looked".to_owned(),
+            reason: format!("metal melts up to {KEPT} mm beside the path, as far as was looked"),
             remedy: "less power, a smaller spot, or a beam that does not rest".to_owned(),
         })
     }
