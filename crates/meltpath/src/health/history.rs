@@ -8,7 +8,9 @@ use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating};
 use serde::{Deserialize, Serialize};
 
 /// The form of a line.
-const SCHEMA: &str = "meltpath-km0/1";
+const SCHEMA: &str = "meltpath-km0/2";
+/// Tests whose motors were fitted without their modes: inertia some 10 % high.
+const WITHOUT_MODES: &str = "meltpath-km0/1";
 
 /// Why a history cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +25,7 @@ pub enum HistoryError {
     },
     /// A line that is no test.
     #[error(
-        "line {line} of the history {} is no health test ({message}); nothing was added. Repair or remove the line", path.display()
+        "line {line} of the history {} cannot be used ({message}); nothing was added. Repair or remove the line", path.display()
     )]
     Line {
         /// The file.
@@ -109,6 +111,11 @@ impl History {
                 message,
             };
             let entry: Entry = serde_json::from_str(line).map_err(|e| wrong(e.to_string()))?;
+            if entry.schema == WITHOUT_MODES {
+                return Err(wrong(
+                    "it was analysed by an earlier version, which fitted motors without their modes: its figures do not compare. Begin a new history (--history), and analyse the healthy axis' records anew first".to_owned(),
+                ));
+            }
             if entry.schema != SCHEMA {
                 return Err(wrong(format!(
                     "its schema is \"{}\", this version reads \"{SCHEMA}\"",

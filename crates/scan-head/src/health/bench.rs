@@ -17,11 +17,13 @@ use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
 use crate::axis::plant::Plant;
 use crate::health::signal::Km0Samples;
 use crate::identification::error::IdentificationError;
-use crate::identification::motor;
+use crate::identification::modes::{ModeSearch, identify_modes};
 use crate::identification::record::{BenchRecord, Excitation, Method};
 
 /// Length of the windows, s: 2.4 Hz are told apart.
 const WINDOW: f64 = 0.4096;
+/// Windows of the motor's fit are this many times shorter: it is soon done. They do not see viscous damping, which the ramps tell.
+const COARSER: usize = 4;
 /// Periods of the sequence; the first settles and is left out.
 const PERIODS: usize = 8;
 /// Lowest frequency of a mode, Hz.
@@ -47,7 +49,7 @@ pub struct FoundMode {
 /// What the first stage found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Km0Stage1 {
-    /// R, L, Kc = Ke, J, B of the rigid motor.
+    /// R, L, Kc = Ke, J, B, fitted together with the modes that the responses show.
     pub motor: Galvanometer,
     /// Relative standard deviation of R, L, Kc, J, B.
     pub sigma: [f64; 5],
@@ -89,8 +91,17 @@ pub fn first_stage(
         welch: Welch::hann(window(record.period).min(record.voltage.len() / 3)),
         ..Method::default()
     };
-    let found = motor::identify(record, excitation, &method)?;
-    let modes = modes(record, &found.motor, &method)?;
+    // without its modes in the fit the motor takes their motion for a greater inertia
+    let fit = Method {
+        welch: Welch::hann((method.welch.length / COARSER).max(64)),
+        ..method
+    };
+    let found = identify_modes(record, excitation, &fit, &ModeSearch::default())?;
+    let rigid = Galvanometer {
+        modes: Vec::new(),
+        ..found.motor.clone()
+    };
+    let modes = modes(record, &rigid, &method)?;
     Ok(Km0Stage1 {
         motor: found.motor,
         sigma: found.sigma,

@@ -81,6 +81,11 @@ fn lpbf_ac35_drift_through_both_stages() {
             &(|a: &mut Axis| a.motor.resistance *= 1.3) as &dyn Fn(&mut Axis),
         ),
         ("mode 1", &|a| a.motor.modes[0].omega *= 0.9),
+        ("torque constant", &|a| {
+            a.motor.torque_constant *= 0.7;
+            a.motor.back_emf *= 0.7;
+            a.motor.modes[0].gain *= 0.7;
+        }),
         ("inertia", &|a| {
             a.motor.inertia *= 1.15;
             a.motor.modes[0].gain /= 1.15;
