@@ -47,6 +47,8 @@ pub struct Held {
 pub struct Margins {
     /// Least distance of a joint from its limits, rad.
     pub limit: Option<Least>,
+    /// Where each axis of track and positioner stands least and most, mm or rad.
+    pub stood: [Option<[Least; 2]>; 3],
     /// Greatest speed of a joint while the arc burns at the set speed, as a share of what it can do; nothing where that is not known.
     pub speed: Option<Least>,
     /// Least distance of the wrist from its singularity, rad.
@@ -98,8 +100,15 @@ impl Margins {
             (a, b) => a.or(b),
         };
         let greatest = |a: Least, b: Least| if b.value > a.value { b } else { a };
+        let stood = |a: Option<[Least; 2]>, b: Option<[Least; 2]>| match (a, b) {
+            (Some([low, high]), Some([l, h])) => {
+                Some([if l.value < low.value { l } else { low }, greatest(high, h)])
+            }
+            (a, b) => a.or(b),
+        };
         Margins {
             limit: least(self.limit, other.limit),
+            stood: std::array::from_fn(|i| stood(self.stood[i], other.stood[i])),
             wrist: least(self.wrist, other.wrist),
             elbow: least(self.elbow, other.elbow),
             shoulder: least(self.shoulder, other.shoulder),
@@ -118,6 +127,24 @@ impl Margins {
         }
     }
 
+    /// How near an axis of track or positioner comes to its limits, mm or rad, where it moves or stands elsewhere than at rest: what
+    /// stands at the end where it rests may stay there.
+    pub fn external(&self, cell: &Cell, axis: usize) -> Option<Least> {
+        const ROUNDING: f64 = 1e-4;
+        let limits = cell.external_joint(axis)?.limits;
+        let [low, high] = self.stood[axis]?;
+        let rest = cell.at_rest().external().0[axis];
+        if high.value - low.value < ROUNDING && (low.value - rest).abs() < ROUNDING {
+            return None;
+        }
+        let margin = |at: Least| Least {
+            value: limits.margin(at.value),
+            ..at
+        };
+        let both = [low, high].map(margin);
+        both.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
+    }
+
     /// Takes a place into account.
     fn add(&mut self, cell: &Cell, sample: &Sample) {
         let place = |value: f64, joint: usize| Least {
@@ -133,6 +160,14 @@ impl Margins {
         };
         let (margin, joint) = cell.arm.margin(sample.joints);
         least(&mut self.limit, place(margin - sample.curve, joint));
+        for (axis, value) in sample.external.0.into_iter().enumerate() {
+            let here = place(value, 6 + axis);
+            let [low, high] = self.stood[axis].unwrap_or([here; 2]);
+            self.stood[axis] = Some([
+                if value < low.value { here } else { low },
+                if value > high.value { here } else { high },
+            ]);
+        }
         if let Some(near) = cell.arm.nearness(sample.joints) {
             least(&mut self.wrist, place(near.wrist - sample.curve, 4));
             least(&mut self.elbow, place(near.elbow - sample.curve, 2));

@@ -127,6 +127,46 @@ fn the_table_of_a_kuka_and_an_abb_is_levelled_and_read_back() {
     }
 }
 
+/// A positioner whose limit is only just beyond what levels the part: it is led off its limit, and its margin counts as a joint's does.
+#[test]
+fn a_positioner_keeps_off_its_limits_and_is_judged_by_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let file = dir.path().join("robot.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let limited = |low: f64, high: f64| {
+        let own = "low = [\"-60 deg\", \"-360 deg\"]\nhigh = [\"60 deg\", \"360 deg\"]";
+        assert!(text.contains(own));
+        let new =
+            format!("low = [\"{low} deg\", \"-360 deg\"]\nhigh = [\"{high} deg\", \"360 deg\"]");
+        std::fs::write(&file, text.replace(own, &new)).unwrap();
+    };
+    limited(-14.0, 14.0);
+    let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let programs = std::fs::read_dir(outcome.folder.join("program")).unwrap();
+    let mut programs = programs.map(|file| file.unwrap().path());
+    let is_kuka = |file: &PathBuf| file.extension().is_some_and(|e| e == "src");
+    let program = programs.find(is_kuka).unwrap();
+    let data = std::fs::read_to_string(program.with_extension("dat")).unwrap();
+    let tilts = angles(&data, "E1 ", ',');
+    let most = tilts.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+    assert!(most > 5.0 && 14.0 - most > 2.0, "{tilts:?}");
+    // the same programs before limits that they come within a degree of
+    limited(-most - 1.0, most + 1.0);
+    let again = simulate_program(
+        &program,
+        Some(&job),
+        NextIn(&dir.path().join("again")),
+        &Silent,
+    );
+    let again = again.unwrap().verdict;
+    let reach = check(&again, "reach");
+    let margin = reach.value.as_ref().unwrap().value;
+    assert!((margin - 1.0).abs() < 0.01, "{reach:?}");
+    assert_eq!(reach.status, Status::Fail, "{reach:?}");
+    assert!(reach.reason.contains("positioner"), "{reach:?}");
+}
+
 /// The programs of a plan show what they do, look for the way once, and stop when asked to.
 #[test]
 fn programs_of_a_plan_show_their_progress_and_stop() {

@@ -33,6 +33,35 @@ fn job(folder: &Path, high: f64, machine: &str) -> PathBuf {
     write(folder, "job.toml", text)
 }
 
+/// A holder beside the pipe that reaches the table but not the pipe.
+#[test]
+fn a_holder_that_holds_nothing_is_no_stand() {
+    let aside = "holders = [{ from = [\"90 mm\", \"0 mm\", \"-60 mm\"], to = [\"90 mm\", \"0 mm\", \"-20 mm\"], radius = \"10 mm\" }]";
+    let verdict = verdict(60.0, aside);
+    let standing = check(&verdict, "standing");
+    assert_eq!(standing.status, Status::CannotSay, "{standing:?}");
+    assert!(standing.reason.contains("touches nothing"), "{standing:?}");
+}
+
+/// A pipe whose middle is past the edge of the table tips.
+#[test]
+fn what_stands_beside_the_table_does_not_stand() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path(), 60.0, &holder("20 mm"));
+    let text = std::fs::read_to_string(&job).unwrap();
+    assert!(text.contains("place = [\"0 mm\","), "{text}");
+    let at = |x: &str| {
+        let moved = text.replace("place = [\"0 mm\",", &format!("place = [\"{x}\","));
+        std::fs::write(&job, moved).unwrap();
+        let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent);
+        check(&outcome.unwrap().verdict, "standing").clone()
+    };
+    assert_eq!(at("0 mm").status, Status::Pass);
+    let beside = at("-900 mm");
+    assert_eq!(beside.status, Status::CannotSay, "{beside:?}");
+    assert!(beside.reason.contains("beyond its edge"), "{beside:?}");
+}
+
 fn verdict(high: f64, machine: &str) -> Verdict {
     let dir = tempfile::tempdir().unwrap();
     let job = job(dir.path(), high, machine);

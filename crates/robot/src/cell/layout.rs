@@ -3,7 +3,12 @@
 use meltpath_base::choice;
 use meltpath_geometry::Pose;
 
-use crate::kinematics::{Arm, Chain, Joint};
+use crate::kinematics::{Arm, Chain, Joint, JointKind, Limits};
+
+/// So far, rad, chosen axes of a positioner keep from their limits; verdicts ask for 2°.
+const KEPT: f64 = 0.05;
+/// The same of a track, mm.
+const KEPT_OF_TRACK: f64 = 5.0;
 
 choice! {
     /// Who made the robot: whose words name a configuration.
@@ -226,6 +231,20 @@ impl Cell {
             _ => (&self.positioner, axis - 1),
         };
         chain.as_ref()?.joints.get(i)
+    }
+
+    /// Between which values an axis of [`External`] is led where it is chosen: a little off its limits, as the arm is kept, but as far as
+    /// it rests.
+    pub(crate) fn external_room(&self, axis: usize) -> Option<[f64; 2]> {
+        let joint = self.external_joint(axis)?;
+        let kept = match joint.kind {
+            JointKind::Revolute => KEPT,
+            JointKind::Prismatic => KEPT_OF_TRACK,
+        };
+        let Limits { low, high, .. } = joint.limits;
+        let kept = kept.min(0.125 * (high - low));
+        let rest = self.at_rest().external().0[axis];
+        Some([(low + kept).min(rest), (high - kept).max(rest)])
     }
 
     /// The first axis of track and positioner that stands beyond a limit, and by how much, mm or rad.

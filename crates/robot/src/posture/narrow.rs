@@ -384,18 +384,15 @@ impl Narrow<'_> {
     fn beside(&self, External(at): External, share: f64) -> Vec<External> {
         let mut all = vec![at];
         for i in 0..3 {
-            let Some(joint) = self.task.cell.external_joint(i) else {
+            let Some([low, high]) = self.task.cell.external_room(i) else {
                 continue;
             };
-            let limits = joint.limits;
             let step = share * STEPS[i];
             all = all
                 .into_iter()
                 .flat_map(|at| {
                     let mut values = vec![at[i]];
-                    values.extend(
-                        [at[i] - step, at[i] + step].map(|v| v.clamp(limits.low, limits.high)),
-                    );
+                    values.extend([at[i] - step, at[i] + step].map(|v| v.clamp(low, high)));
                     values.dedup();
                     values.into_iter().map(move |v| {
                         let mut moved = at;

@@ -104,11 +104,10 @@ impl Grid {
     fn of(cell: &Cell, rest: External) -> Self {
         let ends = |up: bool| -> Cube {
             std::array::from_fn(|i| {
-                let Some(joint) = cell.external_joint(i) else {
+                let Some(room) = cell.external_room(i) else {
                     return 0;
                 };
-                let [low, high] = [joint.limits.low, joint.limits.high]
-                    .map(|limit| (limit - rest.0[i]) / STEPS[i]);
+                let [low, high] = room.map(|limit| (limit - rest.0[i]) / STEPS[i]);
                 // what is far beyond is come to by stepping on, not by beginning there
                 let step = if up {
                     (high + 1e-9).floor()

@@ -196,7 +196,7 @@ pub(in crate::waam) fn checks(
             checks
         }
         Ok(along) => vec![
-            guessed(reached(along, moves, settings), &cell.guesses()),
+            guessed(reached(along, moves, settings, cell), &cell.guesses()),
             guessed(
                 driven::speed(
                     (along.driven.as_ref(), along.margins.speed),
@@ -211,12 +211,17 @@ pub(in crate::waam) fn checks(
             ),
             collision(along, moves, settings, cell),
             config(along, cell),
-        ],
+        ]
+        .into_iter()
+        .chain(track(along, moves, cell))
+        .collect(),
     };
     let undecided = |check| said_frames::undecided(check, &moves.elsewhere);
     checks.into_iter().map(undecided).collect()
 }
 
+/// How far a track keeps from its ends at least, mm: it never stands exactly where its file says.
+const TRACK: f64 = 1.0;
 const NO_ROBOT: &str =
     "the job names no robot: write machine.robot, a name that ships or a file of your own";
 const TURNS: &str = "axes turn the part while metal is laid that are not those of the robot's file: write its [positioner] with as many";
@@ -234,9 +239,11 @@ fn not_checked(reason: &str) -> Vec<Check> {
     .to_vec()
 }
 
-/// The least distance of a joint from its limits, on the path as written and on the one that is driven.
-fn reached(along: &Along, moves: &Commands, settings: &Settings) -> Check {
-    let least = nearest_limit(along);
+/// The least distance of a joint of arm or positioner from its limits, on the path as written and on the one that is driven.
+fn reached(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) -> Check {
+    let turned = (1..3).filter_map(|axis| along.margins.external(cell, axis));
+    let all = nearest_limit(along).into_iter().chain(turned);
+    let least = all.min_by(|a, b| a.value.total_cmp(&b.value));
     let degrees = least.map_or(f64::NAN, |l| l.value.to_degrees());
     let check = Check::judge(
         "reach",
@@ -251,6 +258,22 @@ fn reached(along: &Along, moves: &Commands, settings: &Settings) -> Check {
             .remedy("place the part elsewhere (machine.place, or [table] of the robot's file)"),
         None => check,
     }
+}
+
+/// The track's least distance from its ends, where it carries the arm.
+fn track(along: &Along, moves: &Commands, cell: &Cell) -> Option<Check> {
+    let least = along.margins.external(cell, 0)?;
+    let check = Check::judge(
+        "track",
+        "least distance of the track from its ends",
+        Measure::exact(least.value, "mm"),
+        Limit::AtLeast(TRACK),
+    )
+    .at(moves.place(least.command, least.position))
+    .remedy(
+        "place the part elsewhere along the track (machine.place, or [table] of the robot's file)",
+    );
+    Some(guessed(check, &cell.guesses()))
 }
 
 /// The pair that comes nearest, and those after it.
@@ -402,7 +425,7 @@ fn not_reached(not: &NotHeld, moves: &Commands, (settings, cell): (&Settings, &C
 }
 
 /// Why a place cannot be held, and what to do about it.
-fn why(not: &NotHeld) -> (String, String) {
+pub(in crate::waam) fn why(not: &NotHeld) -> (String, String) {
     match not.why {
         Why::Unreachable(why) => (
             why.to_string(),

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use meltpath_base::output::OutputFolder;
-use meltpath_base::{Observer, Reporter};
+use meltpath_base::{Observer, Place, Reporter};
 use meltpath_geometry::Mesh;
 use meltpath_programs::{TextFile, laid_from};
 use meltpath_toolpath::Toolpath;
 
 use crate::waam::drive::division;
 use crate::waam::drive::hold;
+use crate::waam::drive::reach;
 use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, load};
@@ -60,6 +61,17 @@ pub fn program_to_folder(
         [] => &[own],
         asked => asked,
     };
+    if settings.robot.is_some() {
+        reporter.warn(
+            "arm-not-judged",
+            if wanted == Wanted::WHOLE {
+                "reach, speeds and collisions of these programs are not judged here"
+            } else {
+                "the arm goes a way of its own along these programs: reach, speeds and collisions are not judged here, and what a run of the whole says does not hold for them"
+            },
+            "meltpath simulate PROGRAM --job JOB, and a dry run",
+        );
+    }
     let mut files = Vec::new();
     let mut way = None;
     for &dialect in dialects {
@@ -82,6 +94,15 @@ pub fn program_to_folder(
                     told.reason
                 ),
                 "plan anew with the robot in the job: `meltpath plan` divides them",
+            );
+        }
+        if let Some(not) = &programs.chosen.not_held {
+            let (reason, remedy) = reach::why(not);
+            reporter.warn_at(
+                "not-reached",
+                format!("the robot does not hold the torch along these programs: {reason}"),
+                Place::at(not.position.to_array()),
+                &remedy,
             );
         }
         for file in programs.files {

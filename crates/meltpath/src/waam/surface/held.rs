@@ -1,8 +1,9 @@
 //! Whether what a body is built on stands where the job says, and its holders leave room for the beads.
 
 use meltpath_base::{Check, Limit, Measure, Status};
-use meltpath_geometry::math::DVec3;
-use meltpath_robot::cell::{Arrangement, Cell};
+use meltpath_geometry::distance::Union;
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_robot::cell::{Arrangement, Cell, Table};
 
 use crate::waam::drive::bead_pieces::{BeadPiece, pieces};
 use crate::waam::drive::solids::Standing;
@@ -29,18 +30,23 @@ pub(super) fn checks(standing: &Standing, commands: &Commands, settings: &Settin
 
 /// How high the lowest of what stands there lies over the table.
 fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Check> {
-    let known = cell.shapes.as_ref().is_some_and(|s| s.table.is_some());
-    if cell.arrangement != Arrangement::TorchOnRobot || !known {
+    let table = cell.shapes.as_ref()?.table?;
+    if cell.arrangement != Arrangement::TorchOnRobot {
         return None;
     }
-    let over = |p: DVec3| cell.carrier_from_part.point(p).z;
-    let corners = standing.meshes.iter().flat_map(|m| &m.vertices);
+    let corners = || {
+        let all = standing.meshes.iter().flat_map(|m| &m.vertices);
+        all.map(|p| cell.carrier_from_part.point(*p))
+    };
+    let bottom = corners().map(|p| p.z).fold(f64::INFINITY, f64::min);
     // the table begins under the plate
-    let lowest = corners.map(|p| over(*p)).fold(f64::INFINITY, f64::min) + settings.plate_thickness;
+    let lowest = bottom + settings.plate_thickness;
     if !lowest.is_finite() {
         return None;
     }
     let lowest = if lowest.abs() < SAME { 0.0 } else { lowest };
+    let feet = corners().filter(|p| p.z < bottom + STANDS);
+    let beyond = beyond(feet.map(DVec3::truncate), &table);
     let check = Check::judge(
         "standing",
         "what the part is built on: its lowest place over the table",
@@ -59,7 +65,61 @@ fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Che
             "nothing is named that holds it there, and what does is not looked at in collisions",
         )
         .remedy("what holds it, as machine.holders; or a lower place (machine.place)"),
+        _ if beyond.middle > 0.0 => Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .because(&format!(
+            "the middle of what stands on the table lies {:.0} mm beyond its edge: it would tip",
+            beyond.middle
+        ))
+        .remedy("a place on the table (machine.place: `meltpath reach` finds one), or its true size in the robot's file (shapes.table)"),
+        _ if !standing
+            .holders
+            .iter()
+            .all(|h| holds(h, standing, 0.5 * settings.bead.width.value)) => Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .because("a holder touches nothing of the part or the body: what holds them is not named")
+        .remedy("machine.holders that reach the body"),
+        _ if beyond.farthest > STANDS => check.because(&format!(
+            "it hangs {:.0} mm over the table's edge",
+            beyond.farthest
+        )),
         _ => check,
+    })
+}
+
+/// How far the middle of what stands on a table, and its farthest place, lie beyond the edge, mm; below zero inside.
+struct Beyond {
+    middle: f64,
+    farthest: f64,
+}
+
+fn beyond(feet: impl Iterator<Item = DVec2>, table: &Table) -> Beyond {
+    let half = 0.5 * DVec2::from_array(table.size);
+    let edge = |p: DVec2| (p.abs() - half).max_element();
+    let none = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    let [low, high] = feet.fold(none, |[low, high], p| [low.min(p), high.max(p)]);
+    Beyond {
+        middle: edge(0.5 * (low + high)),
+        farthest: edge(low).max(edge(high)),
+    }
+}
+
+/// Whether a holder comes within `near` mm of something beside holders: a cylinder's length beyond its beads is not known. Along its axis
+/// it is looked at in steps.
+fn holds(holder: &Holder, standing: &Standing, near: f64) -> bool {
+    const STEPS: u32 = 64;
+    // the meshes of holders come last, one each
+    let others = standing.meshes.len().saturating_sub(standing.holders.len());
+    let held = Union::new(&standing.meshes[..others]);
+    let [a, b] = holder.ends;
+    (0..=STEPS).any(|k| {
+        let p = a.lerp(b, f64::from(k) / f64::from(STEPS));
+        let foot = held.foot(p);
+        foot.is_some_and(|foot| holder.to_point(foot.point) < near)
     })
 }
 
