@@ -7,6 +7,7 @@
 mod driver;
 pub(crate) mod feeding;
 pub mod levelling;
+mod passing;
 pub(crate) mod plain;
 mod record;
 

@@ -63,7 +63,7 @@ table! {
         approach_speed: Speed where up_to(FASTEST) => required;
         /// Joint speed of the first move.
         first_move: Ratio where within(0.01, 1.0) => required;
-        /// Height of travels above the highest surface so far; between beads whose torch leans by more than 45° in one direction, how far beyond all
+        /// Height of travels above the highest planned surface so far; between beads whose torch leans by more than 45° in one direction, how far beyond all
         /// beads along the torch they go.
         clearance: Length where up_to(FASTEST) => required;
         /// Height over the start of a bead, along the torch, from which the wire goes down at the approach speed; travels go as far.

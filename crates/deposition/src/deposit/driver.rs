@@ -12,7 +12,8 @@ use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 
 use super::feeding::{Feeding, check_sizes};
 use super::levelling::MoltenZone;
-use super::record::{ArcStart, LayerRecord, Moment};
+use super::passing::Passing;
+use super::record::{ArcStart, LayerRecord, Moment, TubeDistance};
 use super::{DepositError, Mode, Settings, Station, Walk};
 use crate::bead::{BeadModel, PoolModel};
 use crate::pursuit::Pursuit;
@@ -30,6 +31,9 @@ pub struct Deposit {
     pub volume: f64,
     /// Metal that fell beside the map, mm³; 0 unless the map was too small for the path.
     pub beside: f64,
+    /// Where the wire's tip passed nearest over metal while nothing was fed, and how near, mm; below zero in it. A bead's width around the
+    /// ends of beads is left out.
+    pub passed: Option<TubeDistance>,
 }
 
 /// Lays metal along motion.
@@ -80,6 +84,7 @@ pub struct Deposition<'a> {
     beside: f64,
     overhang: Option<Overhang>,
     beyond: Beyond,
+    passing: Passing,
     told: Told,
 }
 
@@ -158,6 +163,7 @@ impl<'a> Deposition<'a> {
             beside: 0.0,
             overhang: None,
             beyond: Beyond::default(),
+            passing: Passing::default(),
             told: Told::default(),
         })
     }
@@ -192,6 +198,7 @@ impl<'a> Deposition<'a> {
     pub fn finish(mut self) -> Deposit {
         self.end_bead();
         self.end_layer();
+        self.passing.arrive(None, self.bead.width);
         if let Some(reporter) = self.reporter {
             if let Some(p) = self.told.tilted {
                 reporter.warn_at(
@@ -225,6 +232,7 @@ impl<'a> Deposition<'a> {
             wire: self.wire,
             volume: self.volume,
             beside: self.beside,
+            passed: self.passing.least(),
         }
     }
 
@@ -256,6 +264,7 @@ impl<'a> Deposition<'a> {
     }
 
     fn begin_bead(&mut self, start: DVec3, time: f64, command: u32) {
+        self.passing.arrive(Some(start.truncate()), self.bead.width);
         let layer = self.layer_of(command);
         if self.record.as_ref().is_some_and(|r| r.layer != layer) {
             self.end_layer();
@@ -423,6 +432,12 @@ impl MotionSink for Deposition<'_> {
                 self.feed(from, to, wire, (time, dt), command);
             } else {
                 self.end_bead();
+                let at = Moment {
+                    tool: to,
+                    time,
+                    command: block.command.get(i).copied().unwrap_or(0),
+                };
+                self.passing.pass(&self.map, self.bead.width, at);
             }
         }
     }

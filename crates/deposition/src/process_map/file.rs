@@ -56,7 +56,7 @@ table! {
         /// Its law.
         kind: MapKind => required;
         /// Share of the fed metal that stays in the bead.
-        efficiency: Datum<Pure> where positive => required;
+        efficiency: Datum<Pure> where within(0.01, 1.0) => required;
         /// Wire fed over wire programmed.
         feed_factor: Datum<Pure> where positive => computed("the mean of `beads.measured_feed` over the feed that was set");
         /// Where it holds.

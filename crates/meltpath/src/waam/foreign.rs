@@ -91,6 +91,7 @@ pub fn simulate_program(
         layers: &simulation.layers,
         ctwd: &simulation.ctwd,
         map: &simulation.deposit.map,
+        passed: simulation.deposit.passed,
     };
     let mut checks = match (&own, &part) {
         (Some(own), Some(part)) => {
@@ -242,6 +243,7 @@ fn foreign_checks(
     }
     checks.extend(layer_checks(laid.layers, &growth, limits, remedies));
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
+    checks.extend(tube::travels(laid.passed, &growth));
     checks.extend(borrowed_check(settings));
     Ok(checks)
 }
@@ -257,6 +259,8 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         doubt::of_torch(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
+        doubt::of_bead(settings),
+        doubt::of_cells(settings),
     ];
     all.into_iter().flatten().collect()
 }

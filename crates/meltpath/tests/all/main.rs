@@ -24,6 +24,7 @@ mod joint_moves;
 mod leaning;
 mod lpbf;
 mod measure;
+mod metal_and_plan;
 mod names;
 mod onto;
 mod over;

@@ -1,6 +1,7 @@
 //! What is checked of laid metal, however it was laid: against the part, layer by layer, and by the distance of the contact tube.
 
 use meltpath_base::{Check, Observer, Reporter};
+use meltpath_deposition::deposit::TubeDistance;
 use meltpath_geometry::workpiece::HeightMap;
 
 use crate::stages::part::Part;
@@ -25,6 +26,8 @@ pub(in crate::waam) struct Laid<'a> {
     pub(in crate::waam) ctwd: &'a [TubePlace],
     /// The surface.
     pub(in crate::waam) map: &'a HeightMap,
+    /// Where travels pass nearest over metal.
+    pub(in crate::waam) passed: Option<TubeDistance>,
 }
 
 /// The checks of a plan and of its metal.
@@ -58,6 +61,7 @@ pub(in crate::waam) fn checks(
         &settings.remedies,
     ));
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
+    checks.extend(tube::travels(laid.passed, &growth));
     doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));
     checks.extend(borrowed_check(settings));
@@ -86,6 +90,8 @@ fn doubts(lean: Option<&Lean>, settings: &Settings) -> Vec<Doubt> {
         .chain(corners)
         .chain(doubt::of_standing(settings))
         .chain(settings.weave.map(|_| doubt::of_weaves()))
+        .chain(doubt::of_bead(settings))
+        .chain(doubt::of_cells(settings))
         .collect()
 }
 

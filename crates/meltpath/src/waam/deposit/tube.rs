@@ -4,6 +4,8 @@
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 
+use meltpath_deposition::deposit::TubeDistance;
+
 use crate::waam::judge::{GrowthError, LayerOutcome, TubePlace};
 use crate::waam::settings::Settings;
 
@@ -25,6 +27,26 @@ pub(in crate::waam) fn checks(
     .collect();
     checks.extend(known(ctwd, settings));
     checks
+}
+
+/// Whether the wire's tip stays over the simulated metal on travels.
+pub(in crate::waam) fn travels(
+    passed: Option<TubeDistance>,
+    growth: &GrowthError,
+) -> Option<Check> {
+    let least = passed?;
+    let check = Check::judge(
+        "travels",
+        "travels: least height of the wire's tip over the simulated metal",
+        Measure::new(least.distance, growth.at(least.tool.z), "mm"),
+        Limit::AtLeast(0.0),
+    );
+    let check = check.at(Place::at(least.tool.to_array()));
+    Some(
+        check
+            .because(&at(least.time))
+            .remedy("a greater clearance in the cell file, or layers.height as the build grows"),
+    )
 }
 
 /// What brings the contact tube back.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
+use meltpath_deposition::section::Section;
 use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
@@ -68,6 +69,34 @@ pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Opti
     Some(Doubt {
         reason,
         remedy: "name the cell of this controller, and write its [motion]: filter times and dwells identified from a log of the tool".to_owned(),
+    })
+}
+
+/// The doubt that a bead leaves whose width and height do not hold the metal that is fed: which of them is wrong nobody knows.
+pub(in crate::waam) fn of_bead(settings: &Settings) -> Option<Doubt> {
+    const OFF: f64 = 0.3;
+    let bead = &settings.bead;
+    let section = Section::Parabola.area(bead.width.value, bead.height.value);
+    let off = section / bead.area.value - 1.0;
+    (off.abs() > OFF).then(|| Doubt {
+        reason: format!(
+            "width and height of the bead hold {section:.2} mm², the metal fed {:.2} mm²: one of them is not so",
+            bead.area.value
+        ),
+        remedy: "waam.efficiency and waam.source.feed_factor as they were measured, the map's wire diameter, or a map of beads of your own".to_owned(),
+    })
+}
+
+/// The doubt that cells leave which are coarse beside the bead.
+pub(in crate::waam) fn of_cells(settings: &Settings) -> Option<Doubt> {
+    const CELLS: f64 = 6.0;
+    let (cell, width) = (settings.cell_size, settings.bead.width.value);
+    (CELLS * cell > width).then(|| Doubt {
+        reason: format!("cells of {cell} mm are coarse beside beads {width:.1} mm wide"),
+        remedy: format!(
+            "simulation.cell = \"{:.1} mm\" or less",
+            (width / CELLS * 10.0).floor() / 10.0
+        ),
     })
 }
 

@@ -39,6 +39,7 @@ pub(in crate::waam) fn build(
         layers: &simulation.layers,
         ctwd: &simulation.ctwd,
         map: &simulation.deposit.map,
+        passed: simulation.deposit.passed,
     };
     let checks = metal::checks(&laid, (part, plan), settings, (reporter, observer))?;
     Ok(Built { simulation, checks })
