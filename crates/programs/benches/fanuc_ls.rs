@@ -46,6 +46,7 @@ fn benchmark(c: &mut Criterion) {
         pause: Pause::None,
         from: None,
         variant: String::new(),
+        standing: None,
     };
     let reporter = Reporter::new();
     let make = || build(&toolpath, &cell, &settings, &reporter).expect("the bench builds");

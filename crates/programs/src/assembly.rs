@@ -3,12 +3,14 @@
 use meltpath_geometry::math::DVec3;
 
 use crate::cell::CellProgramming;
+use crate::held::{Holds, Standing};
 use crate::krl;
 use crate::positioner::Positioner;
 use crate::program::{
     Attribute, Axis, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
     Program,
 };
+use crate::rapid;
 use crate::track::Track;
 
 /// Longest comment that the controller shows.
@@ -28,6 +30,8 @@ pub struct Assembly<'a> {
     /// What carries the arm, and what turns the part.
     track: Option<&'a Track>,
     positioner: Option<&'a Positioner>,
+    /// Where everything stands while the robot holds the part; nothing where it holds the torch.
+    standing: Option<Standing>,
 }
 
 /// A program that a main program calls.
@@ -91,6 +95,7 @@ impl<'a> Assembly<'a> {
             head: 0,
             track: None,
             positioner: None,
+            standing: None,
         };
         assembly.begin();
         assembly
@@ -107,6 +112,14 @@ impl<'a> Assembly<'a> {
         self
     }
 
+    /// With the part on the robot, where that is said; to be called before anything is added.
+    #[must_use]
+    pub fn standing(mut self, standing: Option<Standing>) -> Self {
+        self.standing = standing;
+        self.begin();
+        self
+    }
+
     /// The mechanical units that move with the arm, as an ABB calls them.
     fn units(&self) -> Vec<&'a String> {
         let track = self.track.and_then(|t| t.unit.as_ref());
@@ -114,8 +127,54 @@ impl<'a> Assembly<'a> {
         track.into_iter().chain(positioner).collect()
     }
 
+    /// What every program begins with.
+    fn empty(&self) -> Program {
+        let numbers = (*self.cell.user_frame, *self.cell.tool_frame);
+        let frames = [
+            Instruction::UserFrame(numbers.0),
+            Instruction::ToolFrame(numbers.1),
+        ];
+        let (application, opening) = match self.dialect {
+            Dialect::FanucLs => (self.cell.application.value.clone(), Vec::new()),
+            Dialect::Krl => (Vec::new(), krl::opening()),
+            Dialect::Rapid => {
+                let active = self
+                    .units()
+                    .into_iter()
+                    .map(|unit| Instruction::Raw(format!("ActUnit {unit}")));
+                (Vec::new(), active.collect())
+            }
+            _ => (Vec::new(), Vec::new()),
+        };
+        let all = opening.into_iter().chain(frames).chain(self.held());
+        Program {
+            dialect: self.dialect,
+            application,
+            instructions: all.collect(),
+            ..Program::default()
+        }
+    }
+
+    /// What programs say where the robot holds the part, in dialects that have words for it.
+    fn held(&self) -> Vec<Instruction> {
+        let told = match (&self.standing, self.dialect, self.cell.rapid.as_ref()) {
+            (Some(standing), Dialect::Krl, _) => {
+                let numbers = (*self.cell.user_frame, *self.cell.tool_frame);
+                krl::standing(standing, numbers)
+            }
+            (Some(standing), Dialect::Rapid, Some(words)) => rapid::standing(standing, words),
+            _ => return Vec::new(),
+        };
+        let remark = |text| Instruction::Comment {
+            mark: CommentMark::Remark,
+            text,
+        };
+        let told = told.into_iter().map(remark);
+        told.chain([Instruction::Holds(Holds::Part)]).collect()
+    }
+
     fn begin(&mut self) {
-        self.current.program = empty(self.cell, self.dialect, &self.units());
+        self.current.program = self.empty();
         self.head = self.current.program.instructions.len();
     }
 
@@ -243,7 +302,7 @@ impl<'a> Assembly<'a> {
         let labels = labels(&parts);
         let mut main = Program {
             name: self.name.clone(),
-            ..empty(cell, self.dialect, &self.units())
+            ..self.empty()
         };
         let mut programs = Vec::with_capacity(parts.len() + 1);
         for (part, label) in parts.into_iter().zip(labels) {
@@ -292,31 +351,6 @@ fn named(name: &str, label: &str, length: usize) -> String {
     let room = length.saturating_sub(label.len() + 1);
     let stem = name.get(..room).unwrap_or(name);
     format!("{}_{label}", stem.trim_end_matches('_'))
-}
-
-/// What every program begins with.
-fn empty(cell: &CellProgramming, dialect: Dialect, units: &[&String]) -> Program {
-    let frames = [
-        Instruction::UserFrame(*cell.user_frame),
-        Instruction::ToolFrame(*cell.tool_frame),
-    ];
-    let (application, opening) = match dialect {
-        Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
-        Dialect::Krl => (Vec::new(), krl::opening()),
-        Dialect::Rapid => {
-            let active = units
-                .iter()
-                .map(|unit| Instruction::Raw(format!("ActUnit {unit}")));
-            (Vec::new(), active.collect())
-        }
-        _ => (Vec::new(), Vec::new()),
-    };
-    Program {
-        dialect,
-        application,
-        instructions: opening.into_iter().chain(frames).collect(),
-        ..Program::default()
-    }
 }
 
 /// The motion groups of the header, the positioner's among them.

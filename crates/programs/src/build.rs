@@ -26,6 +26,7 @@ use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
 use crate::cell::CellProgramming;
+use crate::held::Standing;
 pub use coordination::tell;
 use coordination::{Coordination, MOST_AXES, axes_at, halfway};
 pub use error::BuildError;
@@ -72,6 +73,8 @@ pub struct BuildSettings {
     pub from: Option<Restart>,
     /// What the names of programs tell besides, such as `DRY`; empty for programs of the whole.
     pub variant: String,
+    /// Where everything stands while the robot holds the part; nothing where it holds the torch.
+    pub standing: Option<Standing>,
 }
 
 /// A weld schedule that the operator sets on the controller.
@@ -111,17 +114,25 @@ pub fn build(
     }
     let title = (settings.name.as_str(), settings.variant.as_str());
     let coordination = Coordination::of(toolpath, cell, settings.dialect)?;
+    let turns = coordination
+        .as_ref()
+        .is_some_and(|c| c.positioner.is_some());
+    if turns && settings.standing.is_some() {
+        return Err(BuildError::TurnsWhatIsHeld);
+    }
     let mut builder = Builder {
         toolpath,
         cell,
         wording,
         settings,
         reporter,
-        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment).coordinated(
-            coordination
-                .as_ref()
-                .map_or((None, None), |c| (c.track, c.positioner)),
-        ),
+        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment)
+            .coordinated(
+                coordination
+                    .as_ref()
+                    .map_or((None, None), |c| (c.track, c.positioner)),
+            )
+            .standing(settings.standing),
         coordination,
         schedules: Vec::new(),
         told: BTreeSet::new(),

@@ -9,6 +9,7 @@ mod effect;
 mod expression;
 mod flow;
 mod gap;
+mod held;
 mod instructions;
 mod moves;
 mod positions;
@@ -27,6 +28,7 @@ pub use gap::{Gap, Missing, NoPose};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
+use crate::held::Holds;
 use crate::positioner::Turning;
 use crate::program::{ArcValue, Instruction, Position, Program};
 use crate::scan::tidy;
@@ -154,6 +156,8 @@ pub(crate) struct ExecutedMotion {
     pub weave: Option<u32>,
     /// User and tool frame.
     pub frames: (u32, u32),
+    /// What the robot holds; nothing where it is not said, and for places that are given by joints.
+    pub holds: Option<Holds>,
     /// Layer, where a comment `Layer n` said it.
     pub layer: Option<u32>,
     /// Bead of the layer, counted from 1, where a comment `Layer n bead m` said it.
@@ -214,6 +218,8 @@ pub(crate) fn execution_order(
         weaves: Vec::new(),
         weave: None,
         frames: (None, None),
+        holds: None,
+        said_holds: programs.iter().map(held::said).collect(),
         here: None,
         bead_frames: None,
         bead_axes: None,
@@ -238,6 +244,7 @@ pub(crate) fn execution_order(
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
     }
+    machine.leave_out_held_otherwise();
     machine.tell(reporter);
     Ok(Execution {
         steps: machine.executed,
@@ -272,6 +279,10 @@ struct Machine<'a> {
     /// The weave that is on, from 1.
     weave: Option<u32>,
     frames: (Option<u32>, Option<u32>),
+    /// What the robot holds, as the last line said that says it.
+    holds: Option<Holds>,
+    /// What each program says of it, from which instruction on.
+    said_holds: Vec<Vec<(usize, Holds)>>,
     /// Where the last move led to, where it is known.
     here: Option<Pose>,
     /// Names of user and tool frame of the first bead, and its program with their numbers there.
@@ -366,6 +377,10 @@ impl Machine<'_> {
                 "joint-position-skipped" => (
                     format!("{lines}: {word}: this travel is left out"),
                     "name the robot, with all axes of the program (machine.robot); the simulation goes on at the next position, and times leave this travel out",
+                ),
+                "held-otherwise" => (
+                    format!("{lines}: the robot holds {word} there: this travel is left out"),
+                    "the simulation goes on at the next position that is told in the frames of the beads, and times leave this travel out",
                 ),
                 "arc-on-the-fly" => (
                     format!(

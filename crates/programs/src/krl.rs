@@ -4,9 +4,12 @@
 //! (`ArcMainNG`), one weld data set for each pair of schedule and speed: a bead's speed is that of its weld data. Both forms are read,
 //! and those of the inline forms (`FDAT_ACT`, `LDAT_ACT`, `BAS(#CP_PARAMS, …)`) too. The form of ArcTech's calls is that of published
 //! programs of ArcTech Basic 3.3: check it against the controller at hand.
+//!
+//! Where the robot holds the part the torch that stands is the base, the part the tool, and `$IPO_MODE` is `#TCP`: KUKA's "external TCP".
 
 mod arc;
 mod data;
+mod list;
 mod parse;
 mod words;
 mod write;
@@ -15,6 +18,7 @@ pub use parse::read;
 pub use words::{KrlWords, WeaveAmplitude};
 pub use write::write;
 
+use crate::held::Standing;
 use crate::program::{Attribute, Instruction};
 
 /// What every program begins with: the stop interrupt and the basic settings of motion.
@@ -26,6 +30,15 @@ pub(crate) fn opening() -> Vec<Instruction> {
     ]
     .map(|line| Instruction::Raw(line.to_owned()))
     .to_vec()
+}
+
+/// What the controller's frames are to be where the torch stands.
+pub(crate) fn standing(standing: &Standing, (base, tool): (u32, u32)) -> [String; 2] {
+    let [torch, part] = [&standing.world_from_torch, &standing.flange_from_part].map(data::frame);
+    [
+        format!("BASE_DATA[{base}]={torch}, the torch in the world"),
+        format!("TOOL_DATA[{tool}]={part}, the part in the flange"),
+    ]
 }
 
 /// The key under which a program holds the machine that its base is coupled to.

@@ -11,6 +11,7 @@ pub mod dialect;
 mod execute;
 pub mod fanuc_ls;
 pub mod frame_text;
+pub mod held;
 pub mod inform;
 pub mod krl;
 mod orientation;

@@ -9,6 +9,7 @@ use meltpath_base::choice;
 use meltpath_toolpath::Weave;
 
 use crate::acceleration::Acceleration;
+use crate::held::Holds;
 use crate::said_frames::SaidFrames;
 
 choice! {
@@ -118,6 +119,8 @@ pub enum Instruction {
     UserFrame(u32),
     /// Selects a tool frame.
     ToolFrame(u32),
+    /// What the robot holds from here on. Positions are those of the torch in the part, whoever holds which.
+    Holds(Holds),
     /// Runs another program.
     Call {
         /// Its name.
@@ -528,6 +531,12 @@ impl Dialect {
             Dialect::Inform => "Yaskawa INFORM",
             Dialect::Val3 => "Stäubli VAL3",
         }
+    }
+
+    /// Whether its words for a tool that stands while the robot holds the part are written and read: those of KUKA's external TCP and of ABB's
+    /// `robhold`.
+    pub fn has_words_for_a_standing_torch(self) -> bool {
+        matches!(self, Dialect::Krl | Dialect::Rapid)
     }
 
     /// Whether each move names the frames that it is in, so that no other line selects them.

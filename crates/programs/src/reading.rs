@@ -13,6 +13,7 @@ use crate::execute::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Gap, ProgramError,
     execution_order,
 };
+use crate::held::Holds;
 use crate::program::Program;
 
 /// Heights closer than this are one layer, mm.
@@ -43,6 +44,8 @@ pub struct Control {
     pub smoothing: Option<f64>,
     /// User and tool frame; zeros for a wait.
     pub frames: (u32, u32),
+    /// What the robot holds; nothing where the program does not say it, for places that are given by joints, and for a wait.
+    pub holds: Option<Holds>,
     /// Index of the program.
     pub program: u32,
     /// Instruction number, from 1.
@@ -120,6 +123,7 @@ pub fn read_toolpath(
                     way: Way::Path,
                     smoothing: None,
                     frames: (0, 0),
+                    holds: None,
                     program: *program,
                     line: *line,
                 };
@@ -187,6 +191,7 @@ impl Writer<'_> {
             },
             smoothing: m.smoothing,
             frames: m.frames,
+            holds: m.holds,
             program: m.program,
             line: m.line,
         };
@@ -379,6 +384,7 @@ mod tests {
             arc,
             weave: None,
             frames: (1, 1),
+            holds: None,
             layer,
             bead: None,
             program: 0,

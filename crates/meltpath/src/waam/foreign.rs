@@ -28,7 +28,9 @@ use crate::waam::deposit::tube;
 use crate::waam::drive::reach;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::travels;
-use crate::waam::judge::checks::{borrowed_check, build_facts, programmed, range_check};
+use crate::waam::judge::checks::{
+    borrowed_check, build_facts, fixed_torch_check, programmed, range_check,
+};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::own::own_plan;
 use crate::waam::plan::planned::read_back;
@@ -109,6 +111,7 @@ pub fn simulate_program(
     let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
     observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.extend(fixed_torch_check(&[program::spoken(&parsed)], settings));
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(own.iter().flat_map(|own| own.told.clone()));

@@ -231,6 +231,7 @@ pub fn make(
         pause,
         from: wanted.from,
         variant: wanted.variant(),
+        standing: settings.robot.as_ref().and_then(by_joints::standing),
     };
     let cell = &settings.cell.program;
     Ok(build(toolpath, cell, &build_settings, reporter)?)

@@ -135,7 +135,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     )?;
     checks.push(check);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
-    checks.extend(fixed_torch_check(settings));
+    checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(turned.map(|t| t.fact()));

@@ -521,6 +521,14 @@ fn models(cell: &Cell, provenance: &mut Provenance) {
 }
 
 impl Settings {
+    /// The dialects of its programs: those that the job asks for, else the cell's own.
+    pub fn dialects(&self) -> Vec<Dialect> {
+        match &self.programs[..] {
+            [] => vec![self.cell.program.dialect.value],
+            asked => asked.to_vec(),
+        }
+    }
+
     /// Whether the cell has the words for every program that the job asks for: known before anything is planned.
     ///
     /// # Errors

@@ -72,6 +72,11 @@ pub enum BuildError {
         /// Its wire feed, mm/s.
         wire_feed: f64,
     },
+    /// A positioner and a robot that both hold the part.
+    #[error(
+        "a positioner is to turn the part that the robot holds: leave external axes out of the plan, or [program.positioner] out of the cell file"
+    )]
+    TurnsWhatIsHeld,
     /// The cell does not say what a dialect needs.
     #[error(
         "the cell file does not say {what}, which programs for {dialect} need: write program.{key}"

@@ -1,5 +1,7 @@
 //! Lines that shape metal and are not simulated: which, why, and what to do about each.
 
+use crate::held::Holds;
+
 /// A line that shapes metal and that was not simulated as the controller would execute it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
@@ -44,6 +46,24 @@ pub enum Missing {
         "this bead is in user frame {0} with tool frame {1}, those before it are in others: how the frames lie to each other is not known"
     )]
     Frames(String, String),
+    /// A move along which the robot holds something else than along the first bead.
+    #[error(
+        "the robot holds {here} along this move, and {beads} along the first bead: the move is left out"
+    )]
+    HeldOtherwise {
+        /// Along this move.
+        here: Holds,
+        /// Along the first bead.
+        beads: Holds,
+    },
+    /// Tool and work object of a move that no controller moves by.
+    #[error("by robhold of its tool and its work object the robot holds {0} along this move")]
+    Holds(Holds),
+    /// A program that does not say what the robot holds is run after one that said that the torch stands, or otherwise.
+    #[error(
+        "what the robot holds here was set by another program, and this one is read as if it held {0}"
+    )]
+    HoldsUnsaid(Holds),
     /// A program that was not given.
     #[error("program {0} is called, but was not given")]
     Call(String),
@@ -164,6 +184,15 @@ impl Missing {
                 "tell a track that carries the arm in the cell file ([program.track]), or simulate the beads that are laid with the external axes at one place by themselves"
             }
             Missing::Frames(..) => "simulate the beads of each frame by themselves",
+            Missing::HeldOtherwise { .. } => {
+                "simulate the beads that are laid with the torch on the robot, and those that are laid with the part on it, by themselves"
+            }
+            Missing::Holds(_) => {
+                "write TRUE for what the robot holds and FALSE for what stands: one of tooldata and wobjdata each"
+            }
+            Missing::HoldsUnsaid(_) => {
+                "set $IPO_MODE in each program that moves: #TCP where the torch stands, #BASE where the robot holds it"
+            }
             Missing::Call(_) => {
                 "put its file beside the program, or name it in passed_over of the cell file if it lays no metal"
             }

@@ -28,6 +28,7 @@ impl Machine<'_> {
             Instruction::Wait(time) => self.wait(*time)?,
             Instruction::UserFrame(n) => self.frames.0 = Some(*n),
             Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
+            Instruction::Holds(holds) => self.holds = Some(*holds),
             Instruction::Call { program, arguments } => return self.call(program, arguments),
             Instruction::Comment { mark, text } => {
                 if *mark == CommentMark::Remark {

@@ -393,6 +393,11 @@ impl Machine<'_> {
         } else {
             self.close_arcs();
         }
+        let holds = if target.by_joints {
+            None
+        } else {
+            self.held_here()
+        };
         self.here = Some(target.pose);
         self.executed.push(Executed::Motion(ExecutedMotion {
             kind,
@@ -403,6 +408,7 @@ impl Machine<'_> {
             arc: self.arc.as_ref().map(|(_, source)| *source),
             weave: self.weave.filter(|_| self.arc.is_some()),
             frames,
+            holds,
             layer: self.layer,
             bead: self.bead,
             program: self.at.0 as u32,

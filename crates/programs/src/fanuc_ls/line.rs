@@ -316,6 +316,8 @@ pub(super) fn write(instruction: &Instruction) -> String {
         Instruction::Wait(seconds) => format!("WAIT {seconds:6.2}(sec)"),
         Instruction::UserFrame(n) => format!("UFRAME_NUM={n}"),
         Instruction::ToolFrame(n) => format!("UTOOL_NUM={n}"),
+        // no line selects it
+        Instruction::Holds(holds) => format!("!the robot holds {holds}"),
         Instruction::Call { program, arguments } if arguments.is_empty() => {
             format!("CALL {program}")
         }

@@ -108,7 +108,10 @@ impl Writer<'_> {
                 self.out.line(&format!("TIMER T={}", fixed(left, 2)));
             }
             // positions carry theirs
-            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
+            Instruction::UserFrame(_)
+            | Instruction::ToolFrame(_)
+            | Instruction::Holds(_)
+            | Instruction::Blank => {}
             Instruction::Call { program, .. } => self.out.line(&format!("CALL JOB:{program}")),
             Instruction::Comment { text, .. } => self.out.line(&format!("'{text}")),
             Instruction::End => self.out.line("RET"),

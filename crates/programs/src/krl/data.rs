@@ -1,5 +1,13 @@
 //! The data list (`.dat`): aggregates such as `{X 1.0,Y 2.0}`, positions from text and to text.
+//!
+//! Where the torch stands (`$IPO_MODE=#TCP`) a position is the part's frame (`$TOOL`) in that of the torch (`$BASE`): the inverse of the torch in the
+//! part, which programs hold here.
 
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
+use crate::held::Holds;
+use crate::orientation::pose;
 use crate::program::{Axis, Coordinates, Position};
 use crate::scan::tidy;
 use crate::written::fixed;
@@ -128,25 +136,86 @@ pub(super) fn coordinates(text: &str) -> Option<Coordinates> {
     })
 }
 
-/// The aggregate of a position, and its type.
-pub(super) fn aggregate(position: &Position) -> Option<(&'static str, String)> {
+/// Decimals of places, mm, and of angles, deg.
+#[derive(Clone, Copy)]
+struct Decimals(usize, usize);
+
+/// Those of a torch that moves: its place is told as it is.
+const MOVES: Decimals = Decimals(3, 4);
+/// Those of a torch that stands: the place of the torch in the part comes out to 1 µm, half a metre from the part's origin too.
+const STANDS: Decimals = Decimals(4, 6);
+
+/// The other way round: the torch in the part from the part in the torch's frame, and that from this.
+pub(super) fn turned_round(mut coordinates: Coordinates) -> Coordinates {
+    if let Coordinates::Cartesian {
+        xyz, wpr_degrees, ..
+    } = &mut coordinates
+    {
+        let inverse = pose(DVec3::from_array(*xyz), *wpr_degrees).inverse();
+        *xyz = inverse.position.to_array();
+        *wpr_degrees = inverse.wpr().to_array().map(f64::to_degrees);
+    }
+    coordinates
+}
+
+/// As the digits of a file hold it: where the second angle comes to 90° the first and the third become one.
+fn in_digits(coordinates: Coordinates) -> Coordinates {
+    let Coordinates::Cartesian {
+        config,
+        xyz,
+        wpr_degrees,
+        external,
+    } = coordinates
+    else {
+        return coordinates;
+    };
+    let step = 10_f64.powi(STANDS.1 as i32);
+    let stepped = wpr_degrees.map(|angle| (angle * step).round() / step);
+    let held = pose(DVec3::from_array(xyz), stepped);
+    Coordinates::Cartesian {
+        config,
+        xyz,
+        wpr_degrees: held.wpr().to_array().map(f64::to_degrees),
+        external,
+    }
+}
+
+/// A frame as people write it for the controller: 1 µm and 0.0001°.
+pub(super) fn frame(pose: &Pose) -> String {
+    let wpr = pose.wpr().to_array().map(f64::to_degrees);
+    format!("{{{}}}", told(pose.position.to_array(), wpr, MOVES))
+}
+
+fn told(xyz: [f64; 3], [c, b, a]: [f64; 3], Decimals(place, angle): Decimals) -> String {
+    let [x, y, z] = xyz.map(|v| fixed(v, place));
+    let [a, b, c] = [a, b, c].map(|v| fixed(v, angle));
+    format!("X {x},Y {y},Z {z},A {a},B {b},C {c}")
+}
+
+/// The aggregate of a position, and its type, where the robot holds this.
+pub(super) fn aggregate(position: &Position, holds: Holds) -> Option<(&'static str, String)> {
     let robot = position.robot()?;
+    let (coordinates, decimals) = match holds {
+        Holds::Part => {
+            let inverse = turned_round(robot.coordinates.clone());
+            (in_digits(inverse), STANDS)
+        }
+        Holds::Torch | Holds::Both | Holds::Neither => (robot.coordinates.clone(), MOVES),
+    };
     let listed = |axes: &[Axis]| -> String {
         let all = axes
             .iter()
             .map(|a| format!("{} {}", a.name, fixed(a.value, 4)));
         all.collect::<Vec<_>>().join(",")
     };
-    match &robot.coordinates {
+    match &coordinates {
         Coordinates::Cartesian {
             config,
             xyz,
-            wpr_degrees: [c, b, a],
+            wpr_degrees,
             external,
         } => {
-            let [x, y, z] = xyz.map(|v| fixed(v, 3));
-            let [a, b, c] = [a, b, c].map(|v| fixed(*v, 4));
-            let mut text = format!("{{X {x},Y {y},Z {z},A {a},B {b},C {c}");
+            let mut text = format!("{{{}", told(*xyz, *wpr_degrees, decimals));
             if !config.is_empty() {
                 text += ",";
                 text += &tidy(config).replace(", ", ",");

@@ -4,35 +4,20 @@ use std::collections::BTreeMap;
 
 use meltpath_toolpath::Weave;
 
-use super::arc::{Form, WeldData, weld_data};
-use super::data::{coordinates, fields, number_of};
+use super::arc::{Form, WeldData};
+use super::data::{coordinates, turned_round};
+use super::list::{List, capital, holds, list};
 use super::words::WeaveAmplitude;
 use super::{COUPLED, coupled};
 use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
+use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
     ArcAction, ArcWord, Coordinates, Dialect, Instruction, MotionInstruction, MotionKind,
     PositionRef, Section, Speed, Termination,
 };
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word};
-
-/// How many channels mean something, and what the amplitude of a weave is.
-type Told = (usize, Option<WeaveAmplitude>);
-
-/// What the data list says.
-#[derive(Default)]
-struct List {
-    positions: BTreeMap<String, Coordinates>,
-    /// Base and tool.
-    frames: BTreeMap<String, (Option<u32>, Option<u32>)>,
-    /// Distance of blending, mm.
-    distances: BTreeMap<String, f64>,
-    /// Shares of the usual acceleration, %.
-    accelerations: BTreeMap<String, f64>,
-    welds: BTreeMap<String, WeldData>,
-    rest: Vec<(u32, String)>,
-}
 
 /// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `values` is how many
 /// of ArcTech's channels mean something in this cell, `amplitude` what that of a weave is.
@@ -91,59 +76,6 @@ pub fn read(
     Ok(parsed)
 }
 
-/// The `NAME` of a variable that positions, frames or data have, without the letters in front of it.
-fn capital(name: &str) -> String {
-    name.trim().to_ascii_uppercase()
-}
-
-fn list(text: &str, told: Told) -> List {
-    let mut list = List::default();
-    for (line, n) in trimmed(text).zip(1..) {
-        let plain = line.is_empty() || line.starts_with([';', '&']);
-        if plain || strip_word(line, "DEFDAT").is_some() || strip_word(line, "ENDDAT").is_some() {
-            continue;
-        }
-        if declared(&mut list, line, told).is_none() {
-            list.rest.push((n, line.to_owned()));
-        }
-    }
-    list
-}
-
-/// Takes in a declaration; nothing where it is of another kind, or does not read.
-fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()> {
-    let rest = strip_word(line, "DECL").unwrap_or(line).trim_start();
-    let rest = strip_word(rest, "GLOBAL").unwrap_or(rest).trim_start();
-    let (kind, rest) = rest.split_once(char::is_whitespace)?;
-    let (name, value) = rest.split_once('=')?;
-    let name = capital(name);
-    match capital(kind).as_str() {
-        "POS" | "E6POS" | "FRAME" | "AXIS" | "E6AXIS" => {
-            list.positions.insert(name, coordinates(value)?);
-        }
-        "FDAT" => {
-            let all = fields(value)?;
-            let index = |field: &str| number_of(&all, field).map(|n| n as u32);
-            list.frames
-                .insert(name, (index("BASE_NO"), index("TOOL_NO")));
-        }
-        "LDAT" | "PDAT" => {
-            let all = fields(value)?;
-            if let Some(share) = number_of(&all, "ACC") {
-                list.accelerations.insert(name.clone(), share);
-            }
-            list.distances.insert(name, number_of(&all, "APO_DIST")?);
-        }
-        "STARCDAT_T" => match weld_data(value, values, amplitude) {
-            Some(weld) => drop(list.welds.insert(name, weld)),
-            // the seam's data lay no metal; a strike or a crater alone says no weld
-            None => drop(fields(value)?),
-        },
-        _ => return None,
-    }
-    Some(())
-}
-
 /// A speed that the lines before a move have set.
 #[derive(Clone, Copy, PartialEq)]
 enum Set {
@@ -167,6 +99,10 @@ struct Routine {
     joint_speed: Option<f64>,
     distance: Option<f64>,
     frames: (Option<u32>, Option<u32>),
+    /// What the robot holds, where a line says it.
+    holds: Option<Holds>,
+    /// What it holds at each position that is used, at its first use.
+    used: BTreeMap<String, Holds>,
     /// What ArcTech does with the next move, and the name of its weld data.
     form: Option<(Form, String)>,
     /// Weld data that are on.
@@ -195,6 +131,8 @@ impl Reader<'_> {
                     joint_speed: None,
                     distance: None,
                     frames: (None, None),
+                    holds: None,
+                    used: BTreeMap::new(),
                     form: None,
                     weld: None,
                     weave: None,
@@ -294,7 +232,14 @@ impl Routine {
             return;
         };
         match capital(which).as_str() {
-            "#INITMOV" => self.acceleration = None,
+            "#INITMOV" => {
+                self.acceleration = None;
+                // whether it sets the interpolation back is the controller's
+                if self.holds == Some(Holds::Part) {
+                    self.holds = None;
+                    self.out.keep("$IPO_MODE after BAS(#INITMOV,0)");
+                }
+            }
             "#ACC_CP" => {
                 let share = number(value).map_or(0.0, |(share, _)| share);
                 self.acceleration = Acceleration::share(share, line);
@@ -327,8 +272,15 @@ impl Routine {
             self.tool(entry(value, "TOOL_DATA")?);
             return Some(());
         }
+        if let Some(value) = assigned(line, "$IPO_MODE") {
+            let said = holds(value)?;
+            self.holds = Some(said);
+            self.out.push(Instruction::Holds(said));
+            return Some(());
+        }
         if let Some(value) = assigned(line, "FDAT_ACT") {
             let (frame, tool) = *list.frames.get(&capital(value))?;
+            self.hold(list.holds.get(&capital(value)).copied());
             if let Some(n) = frame {
                 self.couple(None)?;
                 self.frame(n);
@@ -388,6 +340,23 @@ impl Routine {
         if self.frames.0 != Some(n) {
             self.frames.0 = Some(n);
             self.out.push(Instruction::UserFrame(n));
+        }
+    }
+
+    /// What the robot holds, as the data of a move say it.
+    fn hold(&mut self, said: Option<Holds>) {
+        let Some(said) = said else { return };
+        let before = self.holds.replace(said).unwrap_or(Holds::Torch);
+        if before != said {
+            self.out.push(Instruction::Holds(said));
+        }
+    }
+
+    /// A place of the data list or of a line, as the torch in the part.
+    fn in_part(&self, place: Coordinates) -> Coordinates {
+        match self.holds {
+            Some(Holds::Part) => turned_round(place),
+            _ => place,
         }
     }
 
@@ -453,6 +422,7 @@ impl Routine {
         if text.starts_with('{') {
             let end = text.find('}')? + 1;
             let place = coordinates(&text[..end])?;
+            let place = self.in_part(place);
             return Some((self.out.place(place, (None, None)), &text[end..]));
         }
         let end = text
@@ -465,11 +435,20 @@ impl Routine {
             variable.strip_prefix('X').unwrap_or(&variable)
         ));
         let short = name.strip_prefix(['X', 'x']);
-        let known = self.out.named(
-            short.unwrap_or(name),
-            frames.copied().unwrap_or_default(),
-            || short.and_then(|_| list.positions.get(&variable).cloned()),
-        );
+        let listed = short.and_then(|_| list.positions.get(&variable).cloned());
+        let listed = listed.map(|place| self.in_part(place));
+        // a place that is used with the torch on the robot and with the part on it is two
+        let now = self.holds.unwrap_or(Holds::Torch);
+        let first = *self.used.entry(variable.clone()).or_insert(now);
+        let mut key = short.unwrap_or(name).to_owned();
+        if first != now {
+            key += "_HELD";
+            while list.positions.contains_key(&format!("X{}", capital(&key))) {
+                key.push('_');
+            }
+        }
+        let frames = frames.copied().unwrap_or_default();
+        let known = self.out.named(&key, frames, || listed);
         Some((
             known.unwrap_or_else(|| PositionRef::Unresolved(name.to_owned())),
             rest,
@@ -487,6 +466,9 @@ impl Routine {
         if let Some(value) = set {
             self.velocity(value.trim());
         }
+        let mode = with.and_then(|w| w.split("SIPO_MODE(").nth(1));
+        let mode = mode.and_then(|w| w.split(['.', ')']).next());
+        self.hold(mode.and_then(|name| list.holds.get(&capital(name)).copied()));
         let share = with
             .and_then(|w| w.split("SVEL_JOINT(").nth(1))
             .and_then(|w| number(w.trim_start()));

@@ -8,8 +8,10 @@ use meltpath_toolpath::Weave;
 use super::arc::{self, Form, WeldData};
 use super::words::KrlWords;
 use super::{COUPLED, data};
+use crate::held::Holds;
 use crate::program::{
-    ArcAction, Instruction, MotionInstruction, MotionKind, Program, Speed, SpeedUnit, Termination,
+    ArcAction, Instruction, MotionInstruction, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    Termination,
 };
 use crate::written::{
     BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, THREE_MOVES, TextFile, UNIT, WriteError, short,
@@ -52,8 +54,10 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
     }
     writer.out.line("END");
     let mut list = format!("&ACCESS RVP\nDEFDAT {}\n", program.name);
+    let held = held(program);
     for position in &program.positions {
-        if let Some((kind, value)) = data::aggregate(position) {
+        let holds = held.get(&position.index).copied().unwrap_or(Holds::Torch);
+        if let Some((kind, value)) = data::aggregate(position, holds) {
             // writing to a String cannot fail
             let _ = writeln!(list, "DECL {kind} X{}={value}", position.name());
         }
@@ -73,6 +77,31 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
         text,
     };
     Ok(vec![file("src", writer.out.text), file("dat", list)])
+}
+
+/// What the robot holds at each position, as the lines before its first move say it.
+fn held(program: &Program) -> BTreeMap<u32, Holds> {
+    let (mut now, mut held) = (Holds::Torch, BTreeMap::new());
+    for instruction in &program.instructions {
+        let motion = match instruction {
+            Instruction::Holds(holds) => {
+                now = *holds;
+                continue;
+            }
+            Instruction::Motion(motion) => motion,
+            _ => continue,
+        };
+        let via = match &motion.kind {
+            MotionKind::Circular { via } => Some(via),
+            _ => None,
+        };
+        for place in via.into_iter().chain([&motion.target]) {
+            if let PositionRef::Point { index, .. } = place {
+                held.entry(*index).or_insert(now);
+            }
+        }
+    }
+    held
 }
 
 struct Writer<'a> {
@@ -112,6 +141,8 @@ impl Writer<'_> {
                 )),
                 None => self.out.line(&format!("$BASE=BASE_DATA[{n}]")),
             },
+            Instruction::Holds(Holds::Part) => self.out.line("$IPO_MODE=#TCP"),
+            Instruction::Holds(_) => self.out.line("$IPO_MODE=#BASE"),
             Instruction::ToolFrame(n) => self.out.line(&format!("$TOOL=TOOL_DATA[{n}]")),
             Instruction::Call { program, arguments } => {
                 self.out.line(&format!("{program}({arguments})"));

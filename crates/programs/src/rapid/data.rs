@@ -4,6 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Weave, WeaveShape};
 
+use crate::held::Held;
 use crate::orientation::{pose, quaternion_of, wpr_of_quaternion};
 use crate::program::{Axis, Coordinates};
 use crate::scan::arguments;
@@ -96,21 +97,49 @@ fn is(value: &Value, word: &str) -> bool {
     matches!(value, Value::Word(own) if own.eq_ignore_ascii_case(word))
 }
 
-/// Where the tool of a `tooldata` is in the flange; nothing where the robot does not hold it.
-pub(super) fn tool(value: &Value) -> Option<Pose> {
-    let [held, at, ..] = value.list()? else {
-        return None;
-    };
-    is(held, "TRUE").then(|| frame(at))?
+/// Who holds a tool or an object, and where it lies, as far as that is said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lies {
+    pub(super) held: Held,
+    pub(super) at: Option<Pose>,
 }
 
-/// Where the object of a `wobjdata` lies in the base; nothing where the robot holds it, or a unit moves it.
-pub(super) fn object(value: &Value) -> Option<Pose> {
-    let [held, fixed, _, user, object] = value.list()? else {
+/// Who holds what has this `robhold`.
+fn held(robhold: &Value) -> Option<Held> {
+    if is(robhold, "TRUE") {
+        Some(Held::ByRobot)
+    } else {
+        is(robhold, "FALSE").then_some(Held::Standing)
+    }
+}
+
+/// Where the tool of a `tooldata` is: in the flange, or in the world where it stands.
+pub(super) fn tool(value: &Value) -> Option<Lies> {
+    let [robhold, at, ..] = value.list()? else {
         return None;
     };
-    let stands = is(held, "FALSE") && is(fixed, "TRUE");
-    Some(frame(user)?.then(frame(object)?)).filter(|_| stands)
+    let (held, at) = (held(robhold)?, frame(at));
+    Some(Lies { held, at })
+}
+
+/// Where the object of a `wobjdata` lies: in the base, or in the flange where the robot holds it; nowhere where a unit moves it.
+pub(super) fn object(value: &Value) -> Option<Lies> {
+    let [robhold, fixed, _, user, object] = value.list()? else {
+        return None;
+    };
+    let at = frame(user).zip(frame(object)).filter(|_| is(fixed, "TRUE"));
+    Some(Lies {
+        held: held(robhold)?,
+        at: at.map(|(user, object)| user.then(object)),
+    })
+}
+
+/// A pose as data hold it: 1 µm, and the quaternion.
+pub(super) fn written_pose(pose: &Pose) -> String {
+    let at = pose.position.to_array().map(|v| short(v, 3)).join(",");
+    let turned = pose.wpr().to_array().map(f64::to_degrees);
+    let turned = quaternion_of(turned).map(|v| fixed(v, 10)).join(",");
+    format!("[[{at}],[{turned}]]")
 }
 
 /// Where a `jointtarget` lies.

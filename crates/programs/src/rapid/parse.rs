@@ -2,50 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use meltpath_geometry::Pose;
-use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
-use super::data::{self, Value, WeldData, Zigzag};
+use super::data::{self, Value, WeldData};
+use super::declared::{Declared, declared, displaced, is_pose};
 use super::statements::{Statement, statements};
-use crate::collected::{Collected, scaled};
-use crate::orientation::pose;
+use crate::collected::Collected;
+use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
     ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, MotionInstruction,
     MotionKind, PositionRef, Section, Speed, TOOL, Termination, USER_FRAME,
 };
-use crate::scan::{
-    arguments, duration, finite, identifier, routine_name, strip_prefix, strip_word, tidy,
-};
-
-/// The data that a module declares.
-#[derive(Default)]
-struct Declared {
-    targets: BTreeMap<String, Coordinates>,
-    speeds: BTreeMap<String, f64>,
-    zones: BTreeMap<String, f64>,
-    welds: BTreeMap<String, WeldData>,
-    zigzags: BTreeMap<String, Zigzag>,
-    /// Where tools are in the flange, and objects in the base.
-    tools: BTreeMap<String, Pose>,
-    objects: BTreeMap<String, Pose>,
-}
-
-impl Declared {
-    /// Where a tool and an object lie, as far as the module says it; the controller's own lie at flange and base.
-    fn lie(&self, [tool, object]: [&str; 2]) -> [Option<Pose>; 2] {
-        let at = |known: &BTreeMap<String, Pose>, name: &str, own| {
-            let name = name.to_ascii_lowercase();
-            let said = known.get(&name).copied();
-            said.or_else(|| (name == own).then_some(Pose::IDENTITY))
-        };
-        [
-            at(&self.tools, tool, "tool0"),
-            at(&self.objects, object, "wobj0"),
-        ]
-    }
-}
+use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
 
 /// Reads the routines of a module, in their order. `values` is how many values of an `arcdata` mean something in this cell.
 ///
@@ -97,50 +66,6 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
     Ok(parsed)
 }
 
-/// Takes in a declaration: whether it is kept verbatim; nothing where the statement is none.
-fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
-    let rest = strip_word(text, "LOCAL")
-        .or_else(|| strip_word(text, "TASK"))
-        .unwrap_or(text)
-        .trim_start();
-    let rest = ["CONST", "PERS", "VAR"]
-        .iter()
-        .find_map(|w| strip_word(rest, w))?
-        .trim_start();
-    let (kind, rest) = rest.split_once(char::is_whitespace)?;
-    let (name, text) = rest.split_once(":=").unwrap_or((rest, ""));
-    let name = name.trim().to_ascii_lowercase();
-    let value = data::value(text);
-    let value = value.as_ref();
-    let read = match kind.to_ascii_lowercase().as_str() {
-        "robtarget" => put(&mut known.targets, name, value.and_then(data::target)),
-        "jointtarget" => put(&mut known.targets, name, value.and_then(data::joints)),
-        "speeddata" => put(&mut known.speeds, name, value.and_then(data::speed)),
-        "zonedata" => put(&mut known.zones, name, value.and_then(data::zone)),
-        "welddata" => {
-            let weld = value.and_then(|v| data::weld(v, values));
-            put(&mut known.welds, name, weld)
-        }
-        // these stay, as their masses and what the module says beside them are the controller's
-        "tooldata" => {
-            put(&mut known.tools, name, value.and_then(data::tool));
-            None
-        }
-        "wobjdata" => {
-            put(&mut known.objects, name, value.and_then(data::object));
-            None
-        }
-        "weavedata" => put(&mut known.zigzags, name, value.and_then(data::zigzag)),
-        _ => None,
-    };
-    Some(read.is_none())
-}
-
-fn put<T>(map: &mut BTreeMap<String, T>, name: String, value: Option<T>) -> Option<()> {
-    map.insert(name, value?);
-    Some(())
-}
-
 struct Routine {
     out: Collected,
     /// Tools and work objects by their number.
@@ -154,6 +79,8 @@ struct Routine {
     weave: Option<Weave>,
     /// Configurations count.
     monitored: bool,
+    /// What the robot holds, as the lines before say it.
+    holds: Option<Holds>,
 }
 
 struct Reader {
@@ -183,6 +110,7 @@ impl Reader {
                     arc: None,
                     weave: None,
                     monitored: true,
+                    holds: None,
                 });
                 return;
             }
@@ -264,40 +192,6 @@ fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
     })
 }
 
-/// `Offs(p10,0,0,50)`, along the axes of the work object, or `RelTool(p10,0,0,-50)`, along those of the tool, of a target that is known
-/// by lengths that are numbers; nothing where it is none of these.
-fn displaced(text: &str, known: &Declared) -> Option<Coordinates> {
-    let (name, rest) = identifier(text);
-    let tool = name.eq_ignore_ascii_case("RelTool");
-    if !tool && !name.eq_ignore_ascii_case("Offs") {
-        return None;
-    }
-    let inner = rest.trim().strip_prefix('(')?.strip_suffix(')')?;
-    let all = arguments(inner);
-    let [target, lengths @ ..] = &all[..] else {
-        return None;
-    };
-    let lengths: Option<Vec<f64>> = lengths.iter().map(|v| finite(v)).collect();
-    let [x, y, z] = lengths?[..] else {
-        return None;
-    };
-    let listed = known.targets.get(&target.to_ascii_lowercase()).cloned();
-    let mut place = listed.or_else(|| data::target(&data::value(target)?))?;
-    if let Coordinates::Cartesian {
-        xyz, wpr_degrees, ..
-    } = &mut place
-    {
-        let at = pose(DVec3::from_array(*xyz), *wpr_degrees);
-        let mut by = DVec3::new(x, y, z);
-        if tool {
-            by = at.orientation * by;
-        }
-        *xyz = (at.position + by).to_array().map(|v| scaled(v, 1.0));
-        return Some(place);
-    }
-    None
-}
-
 impl Routine {
     fn statement(&mut self, text: &str, known: &Declared) {
         if let Some(comment) = text.strip_prefix('!') {
@@ -324,6 +218,7 @@ impl Routine {
                 self.out.push(Instruction::Wait(seconds));
                 return Some(());
             }
+            "IF" => return self.stands(rest, known),
             "RETURN" if rest.is_empty() => {
                 self.out.push(Instruction::End);
                 return Some(());
@@ -352,10 +247,12 @@ impl Routine {
         );
         self.out.program.name_frame(TOOL, of_tool, tool);
         self.out.program.name_frame(USER_FRAME, of_object, object);
-        let [in_flange, in_base] = known.lie([tool, object]);
+        let [of_its, of_part] = known.lie([tool, object]);
         let said = &mut self.out.program.said_frames;
-        said.tool.extend(in_flange.map(|pose| (of_tool, pose)));
-        said.user.extend(in_base.map(|pose| (of_object, pose)));
+        said.tool
+            .extend(of_its.and_then(|l| Some((of_tool, l.at?))));
+        said.user
+            .extend(of_part.and_then(|l| Some((of_object, l.at?))));
         (Some(of_object), Some(of_tool))
     }
 
@@ -394,6 +291,46 @@ impl Routine {
         }
         let named = self.out.named(&key, frames, || found);
         named.unwrap_or_else(|| PositionRef::Unresolved(tidy(text)))
+    }
+
+    /// What the robot holds along the moves to come, where it is said. That it holds the torch is the usual way: it is told beside others.
+    fn hold(&mut self, said: Option<Holds>) {
+        let Some(said) = said.filter(|said| self.holds != Some(*said)) else {
+            return;
+        };
+        match self.holds.replace(said) {
+            None if said == Holds::Torch => {}
+            Some(Holds::Torch) if !self.told_torch() => {
+                self.out.push_first(Instruction::Holds(Holds::Torch));
+                self.out.push(Instruction::Holds(said));
+            }
+            _ => self.out.push(Instruction::Holds(said)),
+        }
+    }
+
+    /// Whether an instruction says already that the robot holds the torch.
+    fn told_torch(&self) -> bool {
+        let all = &self.out.program.instructions;
+        all.contains(&Instruction::Holds(Holds::Torch))
+    }
+
+    /// `IF tTorch.robhold OR NOT wPart.robhold EXIT`: from there on the torch stands, unless the module says otherwise.
+    fn stands(&mut self, rest: &str, known: &Declared) -> Option<()> {
+        let words: Vec<&str> = rest.split_whitespace().collect();
+        let [tool, or, not, object, exit] = words[..] else {
+            return None;
+        };
+        let same = [(or, "OR"), (not, "NOT"), (exit, "EXIT")];
+        let same = same.iter().all(|(a, b)| a.eq_ignore_ascii_case(b));
+        let of = |text: &str| {
+            let (name, field) = text.split_once('.')?;
+            let robhold = field.eq_ignore_ascii_case("robhold");
+            robhold.then(|| name.to_owned())
+        };
+        let names = [of(tool)?, of(object)?];
+        let said = known.holds([&names[0], &names[1]]);
+        let goes_on = same && said.is_none_or(|said| said == Holds::Part);
+        goes_on.then(|| self.hold(Some(Holds::Part)))
     }
 
     fn unmonitored(&self, mut place: Coordinates) -> Coordinates {
@@ -448,6 +385,10 @@ impl Routine {
             return None;
         }
         let frames = self.frames(tool, switch(&switches, "WObj"), known);
+        let object = switch(&switches, "WObj").unwrap_or("wobj0");
+        if path != Path::Joint || is_pose(target, known) {
+            self.hold(known.holds([tool, object]));
+        }
         // in the order of the line
         let via = via.map(|via| self.position(via, frames, known));
         let target = self.position(target, frames, known);

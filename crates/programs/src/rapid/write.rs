@@ -8,6 +8,7 @@ use meltpath_toolpath::Weave;
 use super::data::{WeldData, written, written_weave, written_weld};
 use super::words::RapidWords;
 use crate::collected::indexed;
+use crate::held::Holds;
 use crate::program::{
     ArcAction, Coordinates, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
     Speed, SpeedUnit, TOOL, Termination, USER_FRAME,
@@ -150,8 +151,12 @@ impl Writer<'_> {
             Instruction::Wait(seconds) => {
                 self.out.line(&format!("WaitTime {};", short(*seconds, 3)));
             }
+            Instruction::Holds(Holds::Part) => self.stands()?,
             // moves name their work object and tool
-            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
+            Instruction::UserFrame(_)
+            | Instruction::ToolFrame(_)
+            | Instruction::Holds(_)
+            | Instruction::Blank => {}
             Instruction::Call { program, arguments } if arguments.is_empty() => {
                 self.out.line(&format!("{program};"));
             }
@@ -169,18 +174,45 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Tool and work object of a move.
-    fn tool(&self, motion: &MotionInstruction) -> String {
-        let (frame, tool) = match &motion.target {
-            PositionRef::Point { index, .. } => self.lists.get(index).copied().unwrap_or_default(),
-            PositionRef::Unresolved(_) => (None, None),
+    /// Ends the program where the controller's data say otherwise than that the torch stands.
+    fn stands(&mut self) -> Result<(), WriteError> {
+        let next = self.out.coming().iter().find_map(|i| match i {
+            Instruction::Motion(motion) => Some(&motion.target),
+            _ => None,
+        });
+        let (tool, object) = self.named(next);
+        if tool == "tool0" || object == "wobj0" {
+            return Err(self.out.no_words((
+                "a torch that stands, with tool0 or wobj0,",
+                "name data of the controller: program.rapid.tool and program.rapid.work_object of the cell file",
+            )));
+        }
+        let line = format!("IF {tool}.robhold OR NOT {object}.robhold EXIT;");
+        self.out.line(&line);
+        Ok(())
+    }
+
+    /// Tool and work object that a position is told with, by their names.
+    fn named(&self, target: Option<&PositionRef>) -> (String, String) {
+        let (frame, tool) = match target {
+            Some(PositionRef::Point { index, .. }) => {
+                self.lists.get(index).copied().unwrap_or_default()
+            }
+            Some(PositionRef::Unresolved(_)) | None => (None, None),
         };
         let named = |what: &str, number: Option<u32>, else_: &str| {
             let key = format!("{what} {}", number.unwrap_or(0));
             self.out.program.attribute(&key).unwrap_or(else_).to_owned()
         };
-        let tool = named(TOOL, tool, &self.words.tool);
-        let object = named(USER_FRAME, frame, &self.words.work_object);
+        (
+            named(TOOL, tool, &self.words.tool),
+            named(USER_FRAME, frame, &self.words.work_object),
+        )
+    }
+
+    /// Tool and work object of a move.
+    fn tool(&self, motion: &MotionInstruction) -> String {
+        let (tool, object) = self.named(Some(&motion.target));
         let object = if object == "wobj0" {
             String::new()
         } else {

@@ -53,7 +53,10 @@ impl Writer<'_> {
             Instruction::Arc(word) => self.arc(word)?,
             Instruction::Wait(seconds) => self.out.line(&format!("sleep({})", short(*seconds, 3))),
             // the part's pose and the active tool stand for them
-            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
+            Instruction::UserFrame(_)
+            | Instruction::ToolFrame(_)
+            | Instruction::Holds(_)
+            | Instruction::Blank => {}
             Instruction::Call { program, arguments } => {
                 self.out.line(&format!("{program}({arguments})"));
             }

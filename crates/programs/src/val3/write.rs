@@ -137,7 +137,10 @@ impl Writer<'_> {
                 self.line(&format!("delay({})", short(*seconds, 3)))
             }
             // points and moves name theirs
-            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => Ok(()),
+            Instruction::UserFrame(_)
+            | Instruction::ToolFrame(_)
+            | Instruction::Holds(_)
+            | Instruction::Blank => Ok(()),
             Instruction::Call { program, .. } => {
                 // its outputs act at once, and moves of its own may be left behind it
                 self.stop()?;

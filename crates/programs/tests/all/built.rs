@@ -30,6 +30,7 @@ pub(crate) fn settings(pause: Pause) -> BuildSettings {
         pause,
         from: None,
         variant: String::new(),
+        standing: None,
     }
 }
 

@@ -6,10 +6,11 @@ use meltpath_base::{Check, Status};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::frame_text::shown;
+use meltpath_programs::held::Holds;
 use meltpath_programs::{Control, Dialect, Program};
-use meltpath_robot::cell::{Arrangement, Cell, Values};
+use meltpath_robot::cell::{Cell, Values};
 
-use crate::waam::program::by_joints::counts_as;
+use crate::waam::program::by_joints::{counts_as, holds, standing};
 use crate::waam::settings::Settings;
 
 /// Places that differ by no more are one: mm, and rad. Programs are written to 1 µm and 0.0001°.
@@ -40,8 +41,12 @@ pub(in crate::waam) fn elsewhere(
     let Some(cell) = &settings.robot else {
         return Vec::new();
     };
+    if let Some(otherwise) = held_otherwise(programs, controls, cell) {
+        return vec![otherwise];
+    }
     let used: BTreeSet<(u32, Frame, u32)> = controls
         .iter()
+        .filter(|c| c.holds.is_none_or(Holds::is_sound))
         .flat_map(|c| {
             let (frame, tool) = c.frames;
             [
@@ -58,15 +63,48 @@ pub(in crate::waam) fn elsewhere(
         }?;
         let known = counts_as(cell.maker, program.dialect);
         let checked = checked(frame, cell, settings).filter(|_| known)?;
-        differing(frame, program.dialect, [said, &checked])
+        differing((frame, holds(cell)), program.dialect, [said, &checked])
     };
     used.into_iter().filter_map(differs).collect()
 }
 
-/// Where the robot's file has it: the part in the arm's base, the wire tip in the flange; nothing where that moves.
+/// Programs that make the robot hold something else than it does in its file.
+fn held_otherwise(programs: &[Program], controls: &[Control], cell: &Cell) -> Option<Elsewhere> {
+    let file = holds(cell);
+    controls.iter().find_map(|control| {
+        let program = programs.get(control.program as usize)?;
+        let says = control.holds.filter(|says| says.is_sound() && *says != file)?;
+        if !counts_as(cell.maker, program.dialect) {
+            return None;
+        }
+        let words = match program.dialect {
+            Dialect::Krl => match says {
+                Holds::Part => "$IPO_MODE is #TCP",
+                _ => "$IPO_MODE is #BASE, or not set",
+            },
+            _ => "robhold of its tooldata and wobjdata",
+        };
+        let line = program.line_of(control.line);
+        Some(Elsewhere {
+            reason: format!(
+                "the arm was checked with {file} on the robot, and by program {}, line {line}, it holds {says} ({words})",
+                program.name
+            ),
+            remedy: "write what is so into both: arrangement of the robot's file, and what the program says the robot holds".to_owned(),
+        })
+    })
+}
+
+/// Where the robot's file has it: the part in the arm's base, the wire tip in the flange, and where the robot holds the part that in the
+/// flange, the wire tip in the world; nothing where that moves.
 fn checked(frame: Frame, cell: &Cell, settings: &Settings) -> Option<Pose> {
-    if cell.arrangement != Arrangement::TorchOnRobot {
-        return None;
+    // heights of the program count from the plate's
+    let below = Pose::at(-DVec3::Z * settings.plate_height.unwrap_or(0.0));
+    if let Some(standing) = standing(cell) {
+        return Some(match frame {
+            Frame::WireTip => standing.world_from_torch,
+            Frame::Part => standing.flange_from_part.then(below),
+        });
     }
     match frame {
         Frame::WireTip => Some(cell.carrier_from_torch.then(cell.torch_from_wire_tip)),
@@ -74,27 +112,37 @@ fn checked(frame: Frame, cell: &Cell, settings: &Settings) -> Option<Pose> {
         Frame::Part if cell.positioner.is_some() || cell.track.is_some() => None,
         Frame::Part => {
             let frames = cell.frames(&Values::default());
-            // heights of the program count from the plate's
-            let below = DVec3::Z * settings.plate_height.unwrap_or(0.0);
             let part = frames.base.inverse().then(frames.part);
-            Some(part.then(Pose::at(-below)))
+            Some(part.then(below))
         }
     }
 }
 
-fn differing(frame: Frame, dialect: Dialect, [said, checked]: [&Pose; 2]) -> Option<Elsewhere> {
+fn differing(
+    (frame, holds): (Frame, Holds),
+    dialect: Dialect,
+    [said, checked]: [&Pose; 2],
+) -> Option<Elsewhere> {
     let apart = said.position.distance(checked.position);
     let turned = said.orientation.angle_between(checked.orientation);
     if apart <= SAME.0 && turned <= SAME.1 {
         return None;
     }
-    let (what, where_from, of_file) = match frame {
-        Frame::Part => (
+    let (what, where_from, of_file) = match (frame, holds) {
+        (Frame::Part, Holds::Part) => (
+            "the part",
+            "the flange",
+            "[part] of the robot's file, machine.place of the job",
+        ),
+        (Frame::WireTip, Holds::Part) => {
+            ("the wire tip", "the world", "[torch] of the robot's file")
+        }
+        (Frame::Part, _) => (
             "the part",
             "the arm's base",
             "[table] of the robot's file, machine.place of the job",
         ),
-        Frame::WireTip => ("the wire tip", "the flange", "[torch] of the robot's file"),
+        (Frame::WireTip, _) => ("the wire tip", "the flange", "[torch] of the robot's file"),
     };
     let [said, checked] = [said, checked].map(|pose| shown(dialect, pose));
     let key = match (dialect, frame) {

@@ -1,7 +1,10 @@
 //! Checks of the plan and of the program, and the facts that a verdict tells beside them.
 
+use std::collections::BTreeSet;
+
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_programs::Dialect;
 use meltpath_robot::cell::Arrangement;
 use meltpath_robot::command::Source;
 use meltpath_toolpath::{Channel, Toolpath};
@@ -61,17 +64,25 @@ pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
     Some(check.remedy("measure the pool of this wire by camera, and name its file: waam.pool"))
 }
 
-/// Programs for a torch that stands: the controllers' own words for it are not written.
-pub(crate) fn fixed_torch_check(settings: &Settings) -> Option<Check> {
+/// Programs for a torch that stands, in dialects whose words for it are not known here; nothing where all are written with them.
+pub(crate) fn fixed_torch_check(dialects: &[Dialect], settings: &Settings) -> Option<Check> {
     let cell = settings.robot.as_ref()?;
-    if cell.arrangement == Arrangement::TorchOnRobot {
+    let unknown = dialects
+        .iter()
+        .filter(|d| !d.has_words_for_a_standing_torch());
+    let unknown: BTreeSet<&str> = unknown.map(|d| d.name()).collect();
+    if cell.arrangement == Arrangement::TorchOnRobot || unknown.is_empty() {
         return None;
     }
+    let names: Vec<&str> = unknown.into_iter().collect();
     let title = "programs for a torch that stands while the robot moves the part";
-    let why = "positions are those of the wire's tip in the part, and the controller's words for a tool that stands (KUKA $IPO_MODE = #TCP, ABB robhold FALSE, FANUC RTCP) are not written";
+    let why = format!(
+        "{}: positions are those of the wire's tip in the part, and the words of this controller for a tool that stands are not known here",
+        names.join(", ")
+    );
     let check = Check {
         status: Status::CannotSay,
-        ..Check::not_checked("fixed-torch", title, why)
+        ..Check::not_checked("fixed-torch", title, &why)
     };
     Some(check.remedy("set the tool that stands and the part held by the robot at the controller, and dry-run before the arc burns"))
 }

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use meltpath_geometry::Pose;
+use meltpath_programs::held::{Holds, Standing};
 use meltpath_programs::program::{Axis, Coordinates};
 use meltpath_programs::{Dialect, ExecutionSettings, NoPose, Program};
-use meltpath_robot::cell::{Cell, External, Maker, Values};
+use meltpath_robot::cell::{Arrangement, Cell, External, Maker, Values};
 use meltpath_robot::kinematics::JointKind;
 
 use crate::waam::settings::Settings;
@@ -54,6 +55,22 @@ pub(in crate::waam) fn counts_as(maker: Maker, dialect: Dialect) -> bool {
         Maker::Universal => dialect == Dialect::UrScript,
         // its file counts as its controller does
         Maker::Other => true,
+    }
+}
+
+/// Where torch and part are, where the robot holds the part.
+pub(in crate::waam) fn standing(cell: &Cell) -> Option<Standing> {
+    (holds(cell) == Holds::Part).then(|| Standing {
+        world_from_torch: cell.carrier_from_torch.then(cell.torch_from_wire_tip),
+        flange_from_part: cell.carrier_from_part,
+    })
+}
+
+/// What the robot holds.
+pub(in crate::waam) fn holds(cell: &Cell) -> Holds {
+    match cell.arrangement {
+        Arrangement::TorchOnRobot => Holds::Torch,
+        Arrangement::PartOnRobot => Holds::Part,
     }
 }
 

@@ -56,25 +56,10 @@ pub fn program_to_folder(
         settings,
         standing: standing.as_ref(),
     };
-    let own = settings.cell.program.dialect.value;
-    let dialects = match &settings.programs[..] {
-        [] => &[own],
-        asked => asked,
-    };
-    if settings.robot.is_some() {
-        reporter.warn(
-            "arm-not-judged",
-            if wanted == Wanted::WHOLE {
-                "reach, speeds and collisions of these programs are not judged here"
-            } else {
-                "the arm goes a way of its own along these programs: reach, speeds and collisions are not judged here, and what a run of the whole says does not hold for them"
-            },
-            "meltpath simulate PROGRAM --job JOB, and a dry run",
-        );
-    }
+    not_judged(settings, wanted, reporter);
     let mut files = Vec::new();
     let mut way = None;
-    for &dialect in dialects {
+    for dialect in settings.dialects() {
         let programs = hold::write(
             &loaded.name,
             &toolpath,
@@ -96,15 +81,7 @@ pub fn program_to_folder(
                 "plan anew with the robot in the job: `meltpath plan` divides them",
             );
         }
-        if let Some(not) = &programs.chosen.not_held {
-            let (reason, remedy) = reach::why(not);
-            reporter.warn_at(
-                "not-reached",
-                format!("the robot does not hold the torch along these programs: {reason}"),
-                Place::at(not.position.to_array()),
-                &remedy,
-            );
-        }
+        not_held(&programs, settings, reporter);
         for file in programs.files {
             if !files.iter().any(|f: &TextFile| f.name == file.name) {
                 files.push(file);
@@ -133,6 +110,34 @@ pub fn program_to_folder(
     folder.commit()?;
     let package = package.map(|_| toolpath_file::NAME.to_owned());
     Ok(files.into_iter().map(|f| f.name).chain(package).collect())
+}
+
+/// Tells that the way of the robot along programs is not judged by writing them.
+fn not_judged(settings: &Settings, wanted: Wanted, reporter: &Reporter) {
+    if settings.robot.is_some() {
+        reporter.warn(
+            "arm-not-judged",
+            if wanted == Wanted::WHOLE {
+                "reach, speeds and collisions of these programs are not judged here"
+            } else {
+                "the arm goes a way of its own along these programs: reach, speeds and collisions are not judged here, and what a run of the whole says does not hold for them"
+            },
+            "meltpath simulate PROGRAM --job JOB, and a dry run",
+        );
+    }
+}
+
+/// Tells where the robot does not hold the torch along programs.
+fn not_held(programs: &Programs, settings: &Settings, reporter: &Reporter) {
+    if let (Some(not), Some(cell)) = (&programs.chosen.not_held, &settings.robot) {
+        let (reason, remedy) = reach::not_held(not, cell);
+        reporter.warn_at(
+            "not-reached",
+            format!("the robot does not hold the torch along these programs: {reason}"),
+            Place::at(not.position.to_array()),
+            &remedy,
+        );
+    }
 }
 
 /// What a job builds, with its name.

@@ -200,7 +200,7 @@ pub(super) fn wall(
     checks.push(check);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(held::checks(&standing, &commands, settings));
-    checks.extend(fixed_torch_check(settings));
+    checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let mut facts = judge::facts(&plan, asked, settings, &driven.summary, turned.as_ref());
     if let Ok(grown) = &driven.grown {
         facts.extend(metal::facts(grown, &plan, &commands, settings));

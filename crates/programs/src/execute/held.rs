@@ -1,0 +1,68 @@
+//! What the robot holds along moves: positions with the torch on the robot and those with the part on it lie in frames of which it is not known here
+//! how they lie to each other.
+
+use super::{Executed, ExecutedMotion, Machine, Missing};
+use crate::held::Holds;
+use crate::program::{Dialect, Instruction, Program};
+
+/// What a program says of it, from which instruction on.
+pub(super) fn said(program: &Program) -> Vec<(usize, Holds)> {
+    let all = program.instructions.iter().enumerate();
+    let said = all.filter_map(|(at, instruction)| match instruction {
+        Instruction::Holds(holds) => Some((at, *holds)),
+        _ => None,
+    });
+    said.collect()
+}
+
+impl Machine<'_> {
+    /// What the robot holds along the move that is executed, as its program was read.
+    pub(super) fn held_here(&mut self) -> Option<Holds> {
+        let (program, at) = self.at;
+        let own = self.said_holds.get(program).and_then(|said| {
+            let before = said.partition_point(|(from, _)| *from < at);
+            before
+                .checked_sub(1)
+                .and_then(|i| said.get(i).map(|(_, holds)| *holds))
+        });
+        if self.programs[program].dialect != Dialect::Krl {
+            return own;
+        }
+        // it is the usual way, and what is set holds for the programs that follow
+        let read_as = own.unwrap_or(Holds::Torch);
+        if self.holds.unwrap_or(Holds::Torch) != read_as {
+            self.gap(Missing::HoldsUnsaid(read_as));
+        }
+        Some(read_as)
+    }
+
+    /// Leaves out moves along which the robot holds something else than along the first bead: they lead through other frames. Tells beads
+    /// among them, and those that no controller lays.
+    pub(super) fn leave_out_held_otherwise(&mut self) {
+        let burns = |m: &ExecutedMotion| m.arc.is_some();
+        let moves = |step: &Executed| match step {
+            Executed::Motion(m) => Some((m.holds, burns(m), (m.program as usize, m.line as usize))),
+            Executed::Wait { .. } => None,
+        };
+        let all: Vec<_> = self.executed.iter().filter_map(moves).collect();
+        let Some(beads) = all.iter().find_map(|(h, burns, _)| h.filter(|_| *burns)) else {
+            return;
+        };
+        let mut next = all.iter().skip(1);
+        for (holds, burns, (program, line)) in &all {
+            let lays_next = next.next().is_some_and(|(_, burns, _)| *burns);
+            let Some(here) = *holds else { continue };
+            self.at = (*program, line.saturating_sub(1));
+            if !here.is_sound() && *burns {
+                self.gap(Missing::Holds(here));
+            } else if here != beads && (*burns || lays_next) {
+                self.gap(Missing::HeldOtherwise { here, beads });
+            } else if here != beads {
+                self.note("held-otherwise", here.to_string());
+            }
+        }
+        self.executed.retain(
+            |step| !matches!(step, Executed::Motion(m) if m.holds.is_some_and(|h| h != beads)),
+        );
+    }
+}

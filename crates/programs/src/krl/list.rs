@@ -1,0 +1,95 @@
+//! What a data list says: positions, frames, blending, weld data, and what the robot holds.
+
+use std::collections::BTreeMap;
+
+use super::arc::{WeldData, weld_data};
+use super::data::{coordinates, fields, number_of, text_of};
+use super::words::WeaveAmplitude;
+use crate::held::Holds;
+use crate::parsed::trimmed;
+use crate::program::Coordinates;
+use crate::scan::strip_word;
+
+/// How many channels mean something, and what the amplitude of a weave is.
+pub(super) type Told = (usize, Option<WeaveAmplitude>);
+
+/// What the data list says.
+#[derive(Default)]
+pub(super) struct List {
+    pub(super) positions: BTreeMap<String, Coordinates>,
+    /// Base and tool.
+    pub(super) frames: BTreeMap<String, (Option<u32>, Option<u32>)>,
+    /// What the robot holds with these.
+    pub(super) holds: BTreeMap<String, Holds>,
+    /// Distance of blending, mm.
+    pub(super) distances: BTreeMap<String, f64>,
+    /// Shares of the usual acceleration, %.
+    pub(super) accelerations: BTreeMap<String, f64>,
+    pub(super) welds: BTreeMap<String, WeldData>,
+    pub(super) rest: Vec<(u32, String)>,
+}
+
+/// The `NAME` of a variable that positions, frames or data have, without the letters in front of it.
+pub(super) fn capital(name: &str) -> String {
+    name.trim().to_ascii_uppercase()
+}
+
+/// Reads a data list.
+pub(super) fn list(text: &str, told: Told) -> List {
+    let mut list = List::default();
+    for (line, n) in trimmed(text).zip(1..) {
+        let plain = line.is_empty() || line.starts_with([';', '&']);
+        if plain || strip_word(line, "DEFDAT").is_some() || strip_word(line, "ENDDAT").is_some() {
+            continue;
+        }
+        if declared(&mut list, line, told).is_none() {
+            list.rest.push((n, line.to_owned()));
+        }
+    }
+    list
+}
+
+/// Takes in a declaration; nothing where it is of another kind, or does not read.
+fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()> {
+    let rest = strip_word(line, "DECL").unwrap_or(line).trim_start();
+    let rest = strip_word(rest, "GLOBAL").unwrap_or(rest).trim_start();
+    let (kind, rest) = rest.split_once(char::is_whitespace)?;
+    let (name, value) = rest.split_once('=')?;
+    let name = capital(name);
+    match capital(kind).as_str() {
+        "POS" | "E6POS" | "FRAME" | "AXIS" | "E6AXIS" => {
+            list.positions.insert(name, coordinates(value)?);
+        }
+        "FDAT" => {
+            let all = fields(value)?;
+            let index = |field: &str| number_of(&all, field).map(|n| n as u32);
+            let holds = text_of(&all, "IPO_FRAME").and_then(|mode| holds(&mode));
+            list.holds.extend(holds.map(|holds| (name.clone(), holds)));
+            list.frames
+                .insert(name, (index("BASE_NO"), index("TOOL_NO")));
+        }
+        "LDAT" | "PDAT" => {
+            let all = fields(value)?;
+            if let Some(share) = number_of(&all, "ACC") {
+                list.accelerations.insert(name.clone(), share);
+            }
+            list.distances.insert(name, number_of(&all, "APO_DIST")?);
+        }
+        "STARCDAT_T" => match weld_data(value, values, amplitude) {
+            Some(weld) => drop(list.welds.insert(name, weld)),
+            // the seam's data lay no metal; a strike or a crater alone says no weld
+            None => drop(fields(value)?),
+        },
+        _ => return None,
+    }
+    Some(())
+}
+
+/// What the robot holds where the interpolation is so: `#TCP` is that of a torch that stands.
+pub(super) fn holds(mode: &str) -> Option<Holds> {
+    match capital(mode).as_str() {
+        "#TCP" => Some(Holds::Part),
+        "#BASE" => Some(Holds::Torch),
+        _ => None,
+    }
+}

@@ -1,0 +1,141 @@
+//! What a module declares: targets, speeds, zones, weld data, weaves, and where tools and work objects lie.
+
+use std::collections::BTreeMap;
+
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
+use super::data::{self, Lies, WeldData, Zigzag};
+use crate::collected::scaled;
+use crate::held::{Held, Holds};
+use crate::orientation::pose;
+use crate::program::Coordinates;
+use crate::scan::{arguments, finite, identifier, strip_word};
+
+/// The data that a module declares.
+#[derive(Default)]
+pub(super) struct Declared {
+    pub(super) targets: BTreeMap<String, Coordinates>,
+    pub(super) speeds: BTreeMap<String, f64>,
+    pub(super) zones: BTreeMap<String, f64>,
+    pub(super) welds: BTreeMap<String, WeldData>,
+    pub(super) zigzags: BTreeMap<String, Zigzag>,
+    tools: BTreeMap<String, Lies>,
+    objects: BTreeMap<String, Lies>,
+}
+
+impl Declared {
+    /// Where a tool and an object lie, as far as the module says it; the controller's own lie at flange and base.
+    pub(super) fn lie(&self, [tool, object]: [&str; 2]) -> [Option<Lies>; 2] {
+        let lies = |known: &BTreeMap<String, Lies>, name: &str, (own, held)| {
+            let name = name.to_ascii_lowercase();
+            let at = Some(Pose::IDENTITY);
+            let said = known.get(&name).copied();
+            said.or_else(|| (name == own).then_some(Lies { held, at }))
+        };
+        [
+            lies(&self.tools, tool, ("tool0", Held::ByRobot)),
+            lies(&self.objects, object, ("wobj0", Held::Standing)),
+        ]
+    }
+
+    /// What the robot holds with a tool and an object; nothing where the module says it of neither. Where it says it of one the other
+    /// must be so on the controller.
+    pub(super) fn holds(&self, names: [&str; 2]) -> Option<Holds> {
+        match self.lie(names).map(|lies| lies.map(|l| l.held)) {
+            [Some(tool), Some(object)] => Some(Holds::of(tool, object)),
+            [Some(Held::ByRobot), None] | [None, Some(Held::Standing)] => Some(Holds::Torch),
+            [Some(Held::Standing), None] | [None, Some(Held::ByRobot)] => Some(Holds::Part),
+            [None, None] => None,
+        }
+    }
+}
+
+/// Takes in a declaration: whether it is kept verbatim; nothing where the statement is none.
+pub(super) fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
+    let rest = strip_word(text, "LOCAL")
+        .or_else(|| strip_word(text, "TASK"))
+        .unwrap_or(text)
+        .trim_start();
+    let rest = ["CONST", "PERS", "VAR"]
+        .iter()
+        .find_map(|w| strip_word(rest, w))?
+        .trim_start();
+    let (kind, rest) = rest.split_once(char::is_whitespace)?;
+    let (name, text) = rest.split_once(":=").unwrap_or((rest, ""));
+    let name = name.trim().to_ascii_lowercase();
+    let value = data::value(text);
+    let value = value.as_ref();
+    let read = match kind.to_ascii_lowercase().as_str() {
+        "robtarget" => put(&mut known.targets, name, value.and_then(data::target)),
+        "jointtarget" => put(&mut known.targets, name, value.and_then(data::joints)),
+        "speeddata" => put(&mut known.speeds, name, value.and_then(data::speed)),
+        "zonedata" => put(&mut known.zones, name, value.and_then(data::zone)),
+        "welddata" => {
+            let weld = value.and_then(|v| data::weld(v, values));
+            put(&mut known.welds, name, weld)
+        }
+        // these stay, as their masses and what the module says beside them are the controller's
+        "tooldata" => {
+            put(&mut known.tools, name, value.and_then(data::tool));
+            None
+        }
+        "wobjdata" => {
+            put(&mut known.objects, name, value.and_then(data::object));
+            None
+        }
+        "weavedata" => put(&mut known.zigzags, name, value.and_then(data::zigzag)),
+        _ => None,
+    };
+    Some(read.is_none())
+}
+
+fn put<T>(map: &mut BTreeMap<String, T>, name: String, value: Option<T>) -> Option<()> {
+    map.insert(name, value?);
+    Some(())
+}
+
+/// `Offs(p10,0,0,50)`, along the axes of the work object, or `RelTool(p10,0,0,-50)`, along those of the tool, of a target that is known
+/// by lengths that are numbers; nothing where it is none of these.
+pub(super) fn displaced(text: &str, known: &Declared) -> Option<Coordinates> {
+    let (name, rest) = identifier(text);
+    let tool = name.eq_ignore_ascii_case("RelTool");
+    if !tool && !name.eq_ignore_ascii_case("Offs") {
+        return None;
+    }
+    let inner = rest.trim().strip_prefix('(')?.strip_suffix(')')?;
+    let all = arguments(inner);
+    let [target, lengths @ ..] = &all[..] else {
+        return None;
+    };
+    let lengths: Option<Vec<f64>> = lengths.iter().map(|v| finite(v)).collect();
+    let [x, y, z] = lengths?[..] else {
+        return None;
+    };
+    let listed = known.targets.get(&target.to_ascii_lowercase()).cloned();
+    let mut place = listed.or_else(|| data::target(&data::value(target)?))?;
+    if let Coordinates::Cartesian {
+        xyz, wpr_degrees, ..
+    } = &mut place
+    {
+        let at = pose(DVec3::from_array(*xyz), *wpr_degrees);
+        let mut by = DVec3::new(x, y, z);
+        if tool {
+            by = at.orientation * by;
+        }
+        *xyz = (at.position + by).to_array().map(|v| scaled(v, 1.0));
+        return Some(place);
+    }
+    None
+}
+
+/// Whether a target is known to be told by place and orientation.
+pub(super) fn is_pose(text: &str, known: &Declared) -> bool {
+    let listed = known.targets.get(&text.to_ascii_lowercase());
+    match listed {
+        Some(place) => matches!(place, Coordinates::Cartesian { .. }),
+        None => {
+            !text.starts_with('[') || data::value(text).is_some_and(|v| data::target(&v).is_some())
+        }
+    }
+}
