@@ -46,18 +46,6 @@ impl Collected {
         self.program.lines.push(self.line);
     }
 
-    /// Adds an instruction before all others.
-    pub(crate) fn push_first(&mut self, instruction: Instruction) {
-        self.program.instructions.insert(0, instruction);
-        let line = self.program.lines.first().copied().unwrap_or(self.line);
-        self.program.lines.insert(0, line);
-        let shifted = std::mem::take(&mut self.program.arc_lines);
-        self.program.arc_lines = shifted
-            .into_iter()
-            .map(|(at, what)| (at + 1, what))
-            .collect();
-    }
-
     /// Adds a move that switches nothing.
     pub(crate) fn push_move(
         &mut self,

@@ -29,6 +29,7 @@ mod names;
 mod onto;
 mod over;
 mod paced;
+mod part_on_robot;
 mod reach;
 mod reference;
 mod remedies;

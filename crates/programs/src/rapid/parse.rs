@@ -293,25 +293,13 @@ impl Routine {
         named.unwrap_or_else(|| PositionRef::Unresolved(tidy(text)))
     }
 
-    /// What the robot holds along the moves to come, where it is said. That it holds the torch is the usual way: it is told beside others.
+    /// What the robot holds along the moves to come, where it is said.
     fn hold(&mut self, said: Option<Holds>) {
         let Some(said) = said.filter(|said| self.holds != Some(*said)) else {
             return;
         };
-        match self.holds.replace(said) {
-            None if said == Holds::Torch => {}
-            Some(Holds::Torch) if !self.told_torch() => {
-                self.out.push_first(Instruction::Holds(Holds::Torch));
-                self.out.push(Instruction::Holds(said));
-            }
-            _ => self.out.push(Instruction::Holds(said)),
-        }
-    }
-
-    /// Whether an instruction says already that the robot holds the torch.
-    fn told_torch(&self) -> bool {
-        let all = &self.out.program.instructions;
-        all.contains(&Instruction::Holds(Holds::Torch))
+        self.holds = Some(said);
+        self.out.push(Instruction::Holds(said));
     }
 
     /// `IF tTorch.robhold OR NOT wPart.robhold EXIT`: from there on the torch stands, unless the module says otherwise.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
 use meltpath_programs::Program;
-use meltpath_robot::cell::{Cell, Stance};
+use meltpath_robot::cell::{Arrangement, Cell, Stance};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::command::Kind;
 use meltpath_robot::driven::Driven;
@@ -255,7 +255,10 @@ fn reached(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) ->
         Some(l) => check
             .at(moves.place(l.command, l.position))
             .because(&axis(l.joint))
-            .remedy("place the part elsewhere (machine.place, or [table] of the robot's file)"),
+            .remedy(format!(
+                "place the part elsewhere (machine.place, or {} of the robot's file)",
+                what_stands(settings.robot.as_ref())
+            )),
         None => check,
     }
 }
@@ -274,6 +277,14 @@ fn track(along: &Along, moves: &Commands, cell: &Cell) -> Option<Check> {
         "place the part elsewhere along the track (machine.place, or [table] of the robot's file)",
     );
     Some(guessed(check, &cell.guesses()))
+}
+
+/// The table of the robot's file that says where that stands which it works on or with.
+fn what_stands(cell: Option<&Cell>) -> &'static str {
+    match cell.map(|cell| cell.arrangement) {
+        Some(Arrangement::PartOnRobot) => "[torch]",
+        _ => "[table]",
+    }
 }
 
 /// The pair that comes nearest, and those after it.
@@ -398,7 +409,7 @@ fn config(along: &Along, cell: &Cell) -> Check {
 
 /// Where and why a program cannot be held.
 fn not_reached(not: &NotHeld, moves: &Commands, (settings, cell): (&Settings, &Cell)) -> Check {
-    let (reason, remedy) = why(not);
+    let (reason, remedy) = not_held(not, cell);
     let searched = settings.external == ExternalChoice::Free && moves.not_held.is_some();
     let reason = if searched {
         format!("with track and positioner where they serve best: {reason}")
@@ -424,20 +435,25 @@ fn not_reached(not: &NotHeld, moves: &Commands, (settings, cell): (&Settings, &C
         .remedy(remedy)
 }
 
-/// Why a place cannot be held, and what to do about it.
-pub(in crate::waam) fn why(not: &NotHeld) -> (String, String) {
+/// Why a place cannot be held by a cell, and what to do about it.
+pub(in crate::waam) fn not_held(not: &NotHeld, cell: &Cell) -> (String, String) {
+    why(not, what_stands(Some(cell)))
+}
+
+/// Why a place cannot be held, and what to do about it where this table of the robot's file says what stands.
+fn why(not: &NotHeld, table: &str) -> (String, String) {
+    let file = format!("machine.place, or {table} of the robot's file");
     match not.why {
         Why::Unreachable(why) => (
             why.to_string(),
             match why {
-                Unreachable::TooFar { .. } => "move the part nearer: machine.place, or [table] of the robot's file",
-                _ => "move the part: machine.place, or [table] of the robot's file",
-            }
-            .to_owned(),
+                Unreachable::TooFar { .. } => format!("move the part nearer: {file}"),
+                _ => format!("move the part: {file}"),
+            },
         ),
         Why::Limit { joint, by } => (
             format!("whatever the rotation about the wire, a joint is beyond its limits: at best joint {}, by {:.1} deg", joint + 1, by.to_degrees()),
-            "move the part: machine.place, or [table] of the robot's file".to_owned(),
+            format!("move the part: {file}"),
         ),
         Why::External { axis: number, by } => (
             format!("{} would go {} beyond its limit", axis(6 + number), match number {
@@ -480,7 +496,7 @@ fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
         let since = over.map(|o| match &o.why {
             Some(not) => {
                 let at = moves.place(not.command, not.position);
-                let why = why(not).0;
+                let why = why(not, what_stands(None)).0;
                 format!(", as no way from before leads past {at}: {why}")
             }
             None => ", as the torch goes on in another direction".to_owned(),
