@@ -7,6 +7,12 @@ use crate::written::{TextFile, WriteError};
 use crate::{fanuc_ls, inform, krl, rapid, ur_script, val3};
 
 impl Dialect {
+    /// Whether its words for a tool that stands while the robot holds the part are written and read: those of KUKA's external TCP and of ABB's
+    /// `robhold`.
+    pub fn has_words_for_a_standing_torch(self) -> bool {
+        matches!(self, Dialect::Krl | Dialect::Rapid)
+    }
+
     /// The dialect of files whose names end so, in any case.
     pub fn of_extension(extension: &str) -> Option<Dialect> {
         match extension.to_ascii_lowercase().as_str() {

@@ -219,7 +219,7 @@ pub(crate) fn execution_order(
         weave: None,
         frames: (None, None),
         holds: None,
-        said_holds: programs.iter().map(held::said).collect(),
+        said_holds: programs.iter().map(said_holds).collect(),
         here: None,
         bead_frames: None,
         bead_axes: None,
@@ -255,6 +255,16 @@ pub(crate) fn execution_order(
 
 fn table(program: &Program) -> BTreeMap<u32, &Position> {
     program.positions.iter().map(|p| (p.index, p)).collect()
+}
+
+/// What a program says that the robot holds, from which instruction on.
+fn said_holds(program: &Program) -> Vec<(usize, Holds)> {
+    let all = program.instructions.iter().enumerate();
+    let said = all.filter_map(|(at, instruction)| match instruction {
+        Instruction::Holds(holds) => Some((at, *holds)),
+        _ => None,
+    });
+    said.collect()
 }
 
 /// An instruction, from 0, as people find it in its file.

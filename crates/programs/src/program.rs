@@ -533,12 +533,6 @@ impl Dialect {
         }
     }
 
-    /// Whether its words for a tool that stands while the robot holds the part are written and read: those of KUKA's external TCP and of ABB's
-    /// `robhold`.
-    pub fn has_words_for_a_standing_torch(self) -> bool {
-        matches!(self, Dialect::Krl | Dialect::Rapid)
-    }
-
     /// Whether each move names the frames that it is in, so that no other line selects them.
     pub(crate) fn moves_name_frames(self) -> bool {
         matches!(self, Dialect::Rapid | Dialect::Inform | Dialect::Val3)

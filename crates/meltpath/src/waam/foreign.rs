@@ -9,6 +9,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_programs::Program;
 use meltpath_robot::command::{Kind, Source};
+use meltpath_robot::posture::NotHeld;
 
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
@@ -110,8 +111,7 @@ pub fn simulate_program(
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
     let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
     observer.check()?;
-    checks.extend(reach::checks(along.as_ref(), &commands, settings));
-    checks.extend(fixed_torch_check(&[program::spoken(&parsed)], settings));
+    checks.extend(arm_checks(along.as_ref(), (&parsed, &commands), settings));
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(own.iter().flat_map(|own| own.told.clone()));
@@ -158,6 +158,17 @@ pub fn simulate_program(
         folder: folder.commit()?,
         verdict,
     })
+}
+
+/// The checks of the arm along programs, and of the words by which they hold what they hold.
+fn arm_checks(
+    along: Option<&Result<reach::Along, NotHeld>>,
+    (parsed, commands): (&[Program], &Commands),
+    settings: &Settings,
+) -> Vec<Check> {
+    let mut checks = reach::checks(along, commands, settings);
+    checks.extend(fixed_torch_check(&[program::spoken(parsed)], settings));
+    checks
 }
 
 /// What is simulated, and from which files.

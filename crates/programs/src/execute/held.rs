@@ -3,17 +3,7 @@
 
 use super::{Executed, ExecutedMotion, Machine, Missing};
 use crate::held::Holds;
-use crate::program::{Dialect, Instruction, Program};
-
-/// What a program says of it, from which instruction on.
-pub(super) fn said(program: &Program) -> Vec<(usize, Holds)> {
-    let all = program.instructions.iter().enumerate();
-    let said = all.filter_map(|(at, instruction)| match instruction {
-        Instruction::Holds(holds) => Some((at, *holds)),
-        _ => None,
-    });
-    said.collect()
-}
+use crate::program::Dialect;
 
 impl Machine<'_> {
     /// What the robot holds along the move that is executed, as its program was read.

@@ -144,6 +144,8 @@ struct Decimals(usize, usize);
 const MOVES: Decimals = Decimals(3, 4);
 /// Those of a torch that stands: the place of the torch in the part comes out to 1 µm, half a metre from the part's origin too.
 const STANDS: Decimals = Decimals(4, 6);
+/// The last of its decimals of angles, deg.
+const STEP: f64 = 1e-6;
 
 /// The other way round: the torch in the part from the part in the torch's frame, and that from this.
 pub(super) fn turned_round(mut coordinates: Coordinates) -> Coordinates {
@@ -169,8 +171,7 @@ fn in_digits(coordinates: Coordinates) -> Coordinates {
     else {
         return coordinates;
     };
-    let step = 10_f64.powi(STANDS.1 as i32);
-    let stepped = wpr_degrees.map(|angle| (angle * step).round() / step);
+    let stepped = wpr_degrees.map(|angle| (angle / STEP).round() * STEP);
     let held = pose(DVec3::from_array(xyz), stepped);
     Coordinates::Cartesian {
         config,

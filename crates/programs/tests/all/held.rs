@@ -201,6 +201,37 @@ fn an_inverse_that_looks_along_y_is_written_once_and_the_same() {
     }
 }
 
+/// Each of several programs says it, and so does the one that calls them.
+#[test]
+fn every_program_of_several_says_it() {
+    let mut cell = cell();
+    cell.lines_per_program.value = 50;
+    cell.points_per_program.value = 20;
+    let layers = (0..5).map(|i| {
+        let mut layer = meltpath_toolpath::Layer::new(i + 1, 0.0);
+        let head = crate::built::head(i, meltpath_toolpath::Role::Contour);
+        let points = (0..8).map(|k| DVec3::new(f64::from(k) * 10.0, 5.0, f64::from(i) * 1.6));
+        layer.polyline(head, points);
+        layer
+    });
+    let plan = toolpath(FEED, layers.collect());
+    for dialect in SPOKEN {
+        let built = build(&plan, &cell, &asked_for(dialect), &Reporter::new()).unwrap();
+        let built = held(built, dialect);
+        assert!(built.programs.len() > 2);
+        let files = written(&built, &cell).unwrap();
+        let parsed = files.iter().map(|f| read(dialect, f, &cell).program);
+        let parsed: Vec<Program> = parsed.collect();
+        let says = |p: &Program| p.instructions.contains(&Instruction::Holds(Holds::Part));
+        assert!(parsed.iter().all(says));
+        let (found, wanted) = (executed(&parsed, &cell), executed(&built.programs, &cell));
+        assert_eq!(found.iter().filter(|m| m.burns).count(), 5 * 7);
+        for (a, b) in found.iter().zip(&wanted) {
+            assert!(a.to.distance(b.to) < 1e-3 && a.control.holds == Some(Holds::Part));
+        }
+    }
+}
+
 /// What the comments at the begin of programs tell of the frames.
 #[test]
 fn a_program_tells_where_torch_and_part_are_to_be() {
