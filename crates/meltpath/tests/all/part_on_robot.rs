@@ -24,6 +24,12 @@ const ABB: [&str; 3] = [
     "position = [\"-20 mm\", \"5 mm\", \"100 mm\"]\nangles = [\"5 deg\", \"0 deg\", \"-40 deg\"]",
 ];
 
+/// The lines of a text but for those that are left out.
+fn without(text: &str, left_out: impl Fn(&str) -> bool) -> String {
+    let lines: Vec<&str> = text.lines().filter(|l| !left_out(l)).collect();
+    lines.join("\n") + "\n"
+}
+
 /// The arm of this controller that ships, with the part on its flange.
 fn robot_file([dialect, torch, part]: [&str; 3]) -> String {
     let text = match dialect {
@@ -32,11 +38,7 @@ fn robot_file([dialect, torch, part]: [&str; 3]) -> String {
     };
     let (arm, rest) = text.split_once("[torch]").unwrap();
     let (_, shapes) = rest.split_once("[shapes]").unwrap();
-    let shapes: String = shapes
-        .lines()
-        .filter(|l| !l.starts_with("table"))
-        .map(|l| format!("{l}\n"))
-        .collect();
+    let shapes = without(shapes, |l| l.starts_with("table"));
     let arm = arm.replacen("[arm]", "arrangement = \"part-on-robot\"\n[arm]", 1);
     format!(
         "{arm}[torch]\nsource = \"measured\"\n{torch}\nwire = \"15 mm\"\n[part]\nsource = \"measured\"\n{part}\n[shapes]\nsource = \"measured\"\n{shapes}"
@@ -103,16 +105,15 @@ fn flanges(dialect: &str, folder: &Path, cell: &robot::Cell) -> Vec<Pose> {
     let texts = files.map(|p| std::fs::read_to_string(p).unwrap());
     let text: String = texts.collect();
     let at = |n: &[f64]| DVec3::new(n[0], n[1], n[2]);
-    let flange = |line: &str| match dialect {
-        "kuka-krl" => {
+    let flange = |line: &str| {
+        if dialect == "kuka-krl" {
             let said = numbers(line.strip_prefix("DECL POS X")?.split_once('{')?.1);
             let part_in_torch = Pose {
                 position: at(&said),
                 orientation: turned([said[5], said[4], said[3]]),
             };
             Some(torch.then(part_in_torch).then(part.inverse()))
-        }
-        _ => {
+        } else {
             let (_, said) = line.trim().split_once("CONST robtarget ")?;
             let said = numbers(said.split_once(":=")?.1);
             let torch_in_part = Pose {
@@ -242,7 +243,7 @@ fn the_data_of_a_module_are_held_against_the_robots_file() {
             .lines()
             .find_map(|l| l.trim().strip_prefix('!')?.strip_prefix(name));
         let line = line.unwrap().trim_start_matches(": ");
-        line[..line.rfind(']').unwrap() + 1].to_owned()
+        line[..=line.rfind(']').unwrap()].to_owned()
     };
     let load = "[5,[0,0,50],[1,0,0,0],0,0,0]";
     let tool = format!(
@@ -277,11 +278,7 @@ fn the_data_of_a_module_are_held_against_the_robots_file() {
         tool.replacen("[FALSE,", "[TRUE,", 1),
         object.replacen("[TRUE,", "[FALSE,", 1),
     );
-    let unguarded: String = text
-        .lines()
-        .filter(|l| !l.contains("EXIT"))
-        .map(|l| format!("{l}\n"))
-        .collect();
+    let unguarded = without(&text, |l| l.contains("EXIT"));
     let found = played(&held, &stands, &unguarded);
     let found = check(&found, "reach");
     assert!(

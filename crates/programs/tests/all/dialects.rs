@@ -135,7 +135,7 @@ pub(crate) fn text_of(
     (parsed.program, told(&written))
 }
 
-fn told(files: &[TextFile]) -> String {
+pub(crate) fn told(files: &[TextFile]) -> String {
     let texts = files
         .iter()
         .map(|f| format!("==> {} <==\n{}", f.name, f.text));

@@ -13,7 +13,7 @@ use meltpath_toolpath::Toolpath;
 use proptest::prelude::*;
 
 use crate::built::{toolpath, two_layers};
-use crate::dialects::{asked, executed, held, read, text_of, written};
+use crate::dialects::{asked, executed, held, read, text_of, told, written};
 use crate::told::motions;
 
 const FEED: f64 = 400.0 / 3.0;
@@ -66,11 +66,7 @@ fn golden_programs_for_a_torch_that_stands() {
         let plan = toolpath(FEED, two_layers().into());
         let built = build(&plan, &cell, &asked_for(dialect), &Reporter::new()).unwrap();
         let files = written(&held(built, dialect), &cell).unwrap().concat();
-        let text: String = files
-            .iter()
-            .map(|f| format!("==> {} <==\n{}", f.name, f.text))
-            .collect();
-        insta::assert_snapshot!(format!("standing_torch_{dialect:?}"), text);
+        insta::assert_snapshot!(format!("standing_torch_{dialect:?}"), told(&files));
     }
 }
 
@@ -256,8 +252,11 @@ fn a_program_tells_where_torch_and_part_are_to_be() {
     }
 }
 
-/// The programs of a KUKA's files as they are executed, mm.
-fn krl(source: &str, list: &str) -> (Vec<(DVec3, Option<Holds>)>, Vec<Gap>, String) {
+/// Where moves lead, mm, with what the robot holds; what was not simulated; what was told.
+type Played = (Vec<(DVec3, Option<Holds>)>, Vec<Gap>, String);
+
+/// The programs of a KUKA's files as they are executed.
+fn krl(source: &str, list: &str) -> Played {
     let list = format!("DEFDAT S\n{list}\nENDDAT\n");
     let source = format!("DEF S( )\n{source}\nEND\n");
     let parsed = dialect::read(
@@ -266,24 +265,26 @@ fn krl(source: &str, list: &str) -> (Vec<(DVec3, Option<Holds>)>, Vec<Gap>, Stri
         Some(list.as_bytes()),
         &cell(),
     );
-    played(parsed.unwrap().into_iter().map(|p| p.program).collect())
+    let programs: Vec<Program> = parsed.unwrap().into_iter().map(|p| p.program).collect();
+    played(&programs)
 }
 
-fn rapid(data: &str, moves: &str) -> (Vec<(DVec3, Option<Holds>)>, Vec<Gap>, String) {
+fn rapid(data: &str, moves: &str) -> Played {
     let module = format!(
         "MODULE m\n{data}\nLOCAL PERS welddata wd1:=[10,0,[1,8,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];\nPROC main()\n{moves}\nENDPROC\nENDMODULE\n"
     );
     let parsed = dialect::read(Dialect::Rapid, module.as_bytes(), None, &cell());
-    played(parsed.unwrap().into_iter().map(|p| p.program).collect())
+    let programs: Vec<Program> = parsed.unwrap().into_iter().map(|p| p.program).collect();
+    played(&programs)
 }
 
-fn played(programs: Vec<Program>) -> (Vec<(DVec3, Option<Holds>)>, Vec<Gap>, String) {
+fn played(programs: &[Program]) -> Played {
     let reporter = Reporter::new();
     let known = ExecutionSettings {
         assumed_speed: 10.0,
         ..cell().execution(10.0)
     };
-    let reading = read_toolpath(&programs, &known, 1e3, &reporter).unwrap();
+    let reading = read_toolpath(programs, &known, 1e3, &reporter).unwrap();
     let all = motions(&reading)
         .iter()
         .map(|m| (m.to, m.control.holds))
@@ -390,8 +391,8 @@ fn a_kuka_that_sets_it_in_another_program_is_told() {
         Some(list.as_bytes()),
         &cell(),
     );
-    let programs = parsed.unwrap().into_iter().map(|p| p.program).collect();
-    let (_, gaps, _) = played(programs);
+    let programs: Vec<Program> = parsed.unwrap().into_iter().map(|p| p.program).collect();
+    let (_, gaps, _) = played(&programs);
     assert!(
         gaps.iter()
             .all(|g| g.why == Missing::HoldsUnsaid(Holds::Torch))
