@@ -10,7 +10,7 @@ use meltpath_base::{Length, quantity, table};
 use serde::{Deserialize, Serialize};
 
 /// Scatter of a measured contact tube distance, mm.
-const SCATTER: f64 = 0.5;
+pub const SCATTER: f64 = 0.5;
 
 /// Wire feed against contact tube distance, as a share of the feed at a reference distance.
 ///

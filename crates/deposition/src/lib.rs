@@ -8,6 +8,7 @@ pub mod bead;
 pub mod capillary;
 pub mod consumable;
 pub mod deposit;
+pub mod electric;
 pub mod energy;
 pub mod feed_response;
 pub mod process_map;

@@ -23,6 +23,7 @@ use meltpath_base::{Origin, Pure, Reporter, Resolved};
 use serde::Serialize;
 
 use crate::consumable::DataError;
+use crate::electric::lines::MeasuredLines;
 use crate::feed_response::{FeedResponse, MeasuredResponse};
 use crate::section::Section;
 
@@ -149,6 +150,8 @@ pub struct ProcessMap {
     pub feed_factor: Datum<Pure>,
     /// What the source feeds at other contact tube distances, where it was measured.
     pub feed_response: Option<MeasuredResponse>,
+    /// Voltage, current and wire feed over the contact tube distance, where they were measured.
+    pub electric: Option<MeasuredLines>,
     /// How far leaning pools were seen to stay.
     pub tilt: Option<TiltTable>,
     /// Where the map holds.

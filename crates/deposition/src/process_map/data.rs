@@ -115,6 +115,7 @@ impl ProcessMap {
             efficiency: map.efficiency.value,
             feed_factor,
             feed_response: map.feed_response.value,
+            electric: map.electric.value,
             tilt: map.tilt.value,
             validity,
             law,

@@ -4,6 +4,7 @@ use meltpath_base::settings::{Datum, Json, Kind, Node, Place, Problem, Reader, V
 use meltpath_base::{Length, Pure, Speed, choice, table};
 
 use super::import::Oddity;
+use crate::electric::lines::MeasuredLines;
 use crate::feed_response::MeasuredResponse;
 
 choice! {
@@ -77,6 +78,8 @@ table! {
         assumed: Vec<String> => default([], "nothing");
         /// What the source feeds at other contact tube distances.
         feed_response: MeasuredResponse => none("not measured: the feed is that of the reference distance");
+        /// Voltage, current and wire feed over the contact tube distance.
+        electric: MeasuredLines => none("not measured: how the energy changes with the distance is not told");
         /// How far leaning pools were seen to stay.
         tilt: TiltTable => none("not measured: whether a pool that leans stays cannot be said");
     }
@@ -215,6 +218,7 @@ pub(super) fn between_keys(map: &MapFile) -> Vec<Problem> {
         }
     }
     problems.extend(map.feed_response.as_ref().and_then(MeasuredResponse::check));
+    problems.extend(map.electric.as_ref().and_then(MeasuredLines::check));
     if map
         .walls
         .as_ref()
