@@ -185,7 +185,8 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map.
+    /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map. Or records
+    /// of beads (voltage, current, wire feed): energy per volume, how the source answers to the contact tube distance, and files of both.
     Measure {
         /// The file that names the scan and tells the settings of its beads.
         file: PathBuf,
@@ -197,7 +198,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, measurements, walls, scan, mapping, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun, focus.
+        /// Which file: job, tune, measurements, walls, scan, records, mapping, or a data file: wire, gas, map, pool, energy, circuit, cell, robot, material, head, motor, recipe, gun, focus.
         #[arg(value_parser = subject)]
         of: Subject,
     },

@@ -10,7 +10,9 @@ use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{self, LeftOpen};
-use meltpath::{chain, compare, fit, focus, health, identify, inspect, measure, reach, tune};
+use meltpath::{
+    chain, compare, fit, focus, health, identify, inspect, measure, reach, records, tune,
+};
 use meltpath_base::{Length, Observer, Reporter, Verdict};
 use serde_json::json;
 
@@ -340,6 +342,12 @@ fn focused(walls: &Path, out: Option<&Path>) -> Result<u8, Failure> {
 fn measured(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(file, "-measured");
+    if records::is_of_records(file) {
+        let found = records::records(file, RunFolder::asked(out, &runs), &progress)?;
+        show_timers(&progress);
+        let findings = meltpath::views::records::lines(&found);
+        return Ok(show_found(&findings, &found.verdict, &found.folder));
+    }
     let found = measure::measure(file, RunFolder::asked(out, &runs), &progress)?;
     show_timers(&progress);
     let findings = meltpath::views::measure::lines(&found);

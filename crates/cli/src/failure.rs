@@ -15,6 +15,7 @@ use meltpath::inspect::InspectError;
 use meltpath::job::JobError;
 use meltpath::measure::MeasureError;
 use meltpath::reach::ReachError;
+use meltpath::records::RecordsError;
 use meltpath::start::StartError;
 use meltpath::tune::TuneError;
 use meltpath::waam::WaamError;
@@ -80,6 +81,7 @@ failures! {
     FitCommandError: Stop;
     FocusCommandError: Stop;
     MeasureError: Stop;
+    RecordsError: Stop;
     TuneError: Stop;
     InspectError: Cancelled Robot;
     ReachError: Cancelled Robot;

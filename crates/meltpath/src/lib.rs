@@ -19,6 +19,7 @@ pub mod material;
 pub mod measure;
 pub mod outcome;
 pub mod reach;
+pub mod records;
 pub mod reference;
 pub mod stages;
 pub mod start;

@@ -5,8 +5,8 @@ use std::path::Path;
 use meltpath_base::choice;
 use meltpath_base::settings::peek;
 use meltpath_data::{
-    File, cells, energy, focus, gases, guns, materials, pools, process_maps, recipes, robots,
-    scan_heads, wires,
+    File, cells, electric, energy, focus, gases, guns, materials, pools, process_maps, recipes,
+    robots, scan_heads, wires,
 };
 
 use crate::data::{DataText, known};
@@ -20,6 +20,7 @@ choice! {
         Maps "maps" => "Process maps.",
         Pools "pools" => "Weld pools.",
         Energies "energies" => "Electric energies per volume.",
+        Circuits "circuits" => "Circuits of source, stick-out and arc.",
         Cells "cells" => "Robot cells.",
         Robots "robots" => "Robots.",
         Materials "materials" => "Materials of heat.",
@@ -50,6 +51,7 @@ impl Listing {
             Listing::Maps => Some(process_maps::ALL),
             Listing::Pools => Some(pools::ALL),
             Listing::Energies => Some(energy::ALL),
+            Listing::Circuits => Some(electric::ALL),
             Listing::Cells => Some(cells::ALL),
             Listing::Robots => Some(robots::ALL),
             Listing::Materials => Some(materials::ALL),

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use meltpath_base::choice;
 use meltpath_deposition::consumable::{Gas, PoolFile, Wire};
+use meltpath_deposition::electric::file::CircuitFile;
 use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::MapFile;
 use meltpath_gun::machine::GunFile;
@@ -21,6 +22,7 @@ use crate::fit::measurements::MeasurementsFile;
 use crate::focus::WallsFile;
 use crate::job::{ProcessKind, table_of};
 use crate::measure::ScanFile;
+use crate::records::RecordsFile;
 use crate::tune::file::TuneFile;
 
 choice! {
@@ -31,12 +33,14 @@ choice! {
         Measurements "measurements" => "Measured bodies, to which a beam is fitted.",
         Walls "walls" => "Walls that were built for a focus calibration.",
         Scan "scan" => "A scan of beads on a plate.",
+        Records "records" => "Records of beads: voltage, current, wire feed.",
         Mapping "mapping" => "The mapping of a record: which column is what.",
         Wire "wire" => "A wire.",
         Gas "gas" => "A shielding gas.",
         Map "map" => "A process map: bead sizes against settings.",
         Pool "pool" => "Weld pools.",
         Energy "energy" => "Electric energies per volume of deposit.",
+        Circuit "circuit" => "The circuit of source, stick-out and arc.",
         Cell "cell" => "A robot cell's controller and programs.",
         Robot "robot" => "A robot with what stands around it.",
         Material "material" => "A material of heat.",
@@ -49,7 +53,7 @@ choice! {
 }
 
 /// The data files in the order of the book: how a job names them, and in which folder of the data those that ship lie.
-const DATA: [(Subject, &str); 13] = [
+const DATA: [(Subject, &str); 14] = [
     (
         Subject::Wire,
         "`wire = \"my-wire.toml\"` in `[waam]`; `data/wires`",
@@ -69,6 +73,10 @@ const DATA: [(Subject, &str); 13] = [
     (
         Subject::Energy,
         "`energy = \"my-energy.toml\"` in `[waam]`; `data/energy`",
+    ),
+    (
+        Subject::Circuit,
+        "`circuit = \"my-circuit.toml\"` in a file of records; `data/electric`",
     ),
     (
         Subject::Cell,
@@ -113,12 +121,14 @@ impl Subject {
             Subject::Measurements => MeasurementsFile::KIND,
             Subject::Walls => WallsFile::KIND,
             Subject::Scan => ScanFile::KIND,
+            Subject::Records => RecordsFile::KIND,
             Subject::Mapping => Mapping::KIND,
             Subject::Wire => Wire::KIND,
             Subject::Gas => Gas::KIND,
             Subject::Map => MapFile::KIND,
             Subject::Pool => PoolFile::KIND,
             Subject::Energy => EnergyFile::KIND,
+            Subject::Circuit => CircuitFile::KIND,
             Subject::Cell => Cell::KIND,
             Subject::Robot => CellFile::KIND,
             Subject::Material => MaterialFile::KIND,
@@ -191,6 +201,11 @@ fn page() -> String {
         (Subject::Walls, "The file of walls", "`meltpath focus`"),
         (Subject::Scan, "The file of a scan", "`meltpath measure`"),
         (
+            Subject::Records,
+            "The file of records",
+            "`meltpath measure`, of records of beads",
+        ),
+        (
             Subject::Mapping,
             "The mapping of a record",
             "`meltpath identify`, `meltpath health` and tuning on a record",
@@ -218,7 +233,7 @@ const DATA_HEAD: &str = "# Data files
 
 <!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath-app --test all reference::` -->
 
-Wires, gases, process maps, weld pools, energies, cells, robots, materials, heads, motors, recipes, guns and focus calibrations are TOML files. The quickest way
+Wires, gases, process maps, weld pools, energies, circuits, cells, robots, materials, heads, motors, recipes, guns and focus calibrations are TOML files. The quickest way
 to one of your own: copy the one that ships (`crates/data` of the source), and change its numbers.
 
 A job names a file in one of two ways:
@@ -228,7 +243,7 @@ A job names a file in one of two ways:
   own folder, and among those that ship. The first one found wins. Where it hides one that ships, a warning says so.
 
 Your own folder is `~/.config/meltpath` (`$XDG_CONFIG_HOME/meltpath`; on Windows `%APPDATA%\\meltpath`), or the one that the environment
-variable `MELTPATH_DATA` names. Its subfolders are called as in `crates/data`: `wires`, `gases`, `process-maps`, `pools`, `energy`,
+variable `MELTPATH_DATA` names. Its subfolders are called as in `crates/data`: `wires`, `gases`, `process-maps`, `pools`, `energy`, `electric`,
 `cells`, `robots`, `materials`, `scan-heads`, `recipes`, `guns`, `focus`. `meltpath list wires` tells which there are, and where each comes from.
 
 A run copies the files of your own that it used into its folder.

@@ -1,10 +1,11 @@
 //! What was measured: records of drives and sensors, read from the files that benches and controllers write, put into
 //! units, and examined before anything is concluded from them.
 //!
-//! A [`cloud`] of points is looked through for its [`plate`] and the [`beads`] on it.
+//! Records of an [`arc`] are cut to where it burns steadily. A [`cloud`] of points is looked through for its [`plate`] and the [`beads`] on it.
 //!
 //! A record is read with a [`mapping`]: a short TOML file that says which column is what, in which unit.
 
+pub mod arc;
 pub mod beads;
 pub mod cloud;
 mod error;

@@ -30,6 +30,15 @@ impl Table {
 /// # Errors
 /// [`RecordError::Kind`] for other files, [`RecordError::File`] when it does not read.
 pub fn read(path: &Path) -> Result<Table, RecordError> {
+    read_where(path, |_, _| true)
+}
+
+/// Reads a file by its extension, of which only the columns that `needed` answers for, by place from 1 and heading, must hold numbers:
+/// what is none elsewhere is NaN.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn read_where(path: &Path, needed: impl Fn(usize, &str) -> bool) -> Result<Table, RecordError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
@@ -40,8 +49,9 @@ pub fn read(path: &Path) -> Result<Table, RecordError> {
     };
     match extension.as_str() {
         "csv" | "tsv" | "txt" => {
-            let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
-            csv(&text).map_err(failed)
+            // headings may hold a degree sign or an umlaut in another encoding than this one
+            let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
+            csv_where(&String::from_utf8_lossy(&bytes), needed).map_err(failed)
         }
         "parquet" | "pq" => {
             let file = File::open(path).map_err(|e| failed(e.to_string()))?;
@@ -69,6 +79,12 @@ pub fn read(path: &Path) -> Result<Table, RecordError> {
 /// # Errors
 /// What is wrong, with its line.
 pub fn csv(text: &str) -> Result<Table, String> {
+    csv_where(text, |_, _| true)
+}
+
+/// The same, of which only the columns that `needed` answers for must hold numbers. A second line of words below the headings holds their
+/// units: they become part of the headings.
+fn csv_where(text: &str, needed: impl Fn(usize, &str) -> bool) -> Result<Table, String> {
     let text = text.trim_start_matches('\u{feff}');
     let first = text
         .lines()
@@ -79,11 +95,10 @@ pub fn csv(text: &str) -> Result<Table, String> {
         .find(|d| first.contains(char::from(*d)))
         .unwrap_or(b',');
     let number = |cell: &str| -> Option<f64> {
-        if delimiter == b',' {
-            cell.parse().ok()
-        } else {
-            cell.replace(',', ".").parse().ok()
-        }
+        // between commas a cell can hold one only in quotes, as a decimal one
+        cell.parse()
+            .or_else(|_| cell.replacen(',', ".", 1).parse())
+            .ok()
     };
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
@@ -92,10 +107,14 @@ pub fn csv(text: &str) -> Result<Table, String> {
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let mut table = Table::default();
+    let mut wanted: Vec<bool> = Vec::new();
+    let mut headed = false;
     for row in reader.records() {
         let row = row.map_err(|e| e.to_string())?;
         if table.columns.is_empty() {
             let words = row.iter().any(|c| !c.is_empty() && number(c).is_none());
+            wanted = (1..).zip(&row).map(|(k, c)| needed(k, c)).collect();
+            headed = words;
             table.columns = row
                 .iter()
                 .enumerate()
@@ -110,9 +129,18 @@ pub fn csv(text: &str) -> Result<Table, String> {
                 .collect();
             continue;
         }
-        for (cell, column) in row.iter().zip(&mut table.columns) {
+        if std::mem::take(&mut headed) && is_units(&row, number) {
+            for (unit, column) in row.iter().zip(&mut table.columns) {
+                let unit = unit.trim_matches(['[', ']', '(', ')']);
+                column.0 = format!("{} ({unit})", column.0);
+            }
+            continue;
+        }
+        for ((cell, column), wanted) in row.iter().zip(&mut table.columns).zip(&wanted) {
             let value = if cell.is_empty() {
                 f64::NAN
+            } else if !wanted {
+                number(cell).unwrap_or(f64::NAN)
             } else {
                 number(cell).ok_or_else(|| {
                     let line = row.position().map_or(0, csv::Position::line);
@@ -126,6 +154,13 @@ pub fn csv(text: &str) -> Result<Table, String> {
         }
     }
     Ok(table)
+}
+
+/// Whether a line holds units: several words, all of them short, and no number.
+fn is_units(row: &csv::StringRecord, number: impl Fn(&str) -> Option<f64>) -> bool {
+    const LONGEST: usize = 9;
+    let words = |c: &str| !c.is_empty() && c.len() <= LONGEST && number(c).is_none();
+    row.len() > 1 && row.iter().all(words)
 }
 
 /// Values read at a time.
@@ -255,5 +290,17 @@ mod tests {
         let real = vec![-2, 7, 300];
         let whole = NumericData::Int16 { real, imag: None };
         assert_eq!(numbers(&whole), [-2.0, 7.0, 300.0]);
+    }
+
+    #[test]
+    fn a_line_of_units_and_columns_of_words_are_taken_as_what_they_are() {
+        let text = "Zeit;U;Zustand\ns;V;-\n0,0;16,5;EIN\n0,1;16,7;EIN\n";
+        let table = csv_where(text, |_, name| name != "Zustand").unwrap();
+        assert_eq!(table.columns[1], ("U (V)".to_owned(), vec![16.5, 16.7]));
+        assert!(table.columns[2].1.iter().all(|v| v.is_nan()));
+        let error = csv(text).unwrap_err();
+        assert!(error.contains("line 3") && error.contains("EIN"), "{error}");
+        let quoted = csv("t,U\n\"0,1\",\"16,5\"\n").unwrap();
+        assert_eq!(quoted.columns[1].1, [16.5]);
     }
 }

@@ -139,7 +139,7 @@ impl Circuit {
             || arc(0.0)
                 .current
                 .partial_cmp(&most)
-                .is_none_or(|o| o.is_ge())
+                .is_none_or(std::cmp::Ordering::is_ge)
         {
             return Err(NoArc::Outside);
         }

@@ -338,6 +338,7 @@ pub(crate) fn build_facts(
     ];
     let distances = simulation.ctwd.iter().map(|p| p.at.distance).collect();
     facts.extend(tube::distribution(&simulation.layers, distances));
+    facts.extend(energy_of_layers(simulation, commands, settings));
     facts
 }
 
@@ -400,4 +401,45 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
     let (mean, sigma) = (megajoule(per_volume.mean), megajoule(per_volume.sigma));
     let words = format!("at {} J/mm³ ({})", per_volume.mean, per_volume.source);
     Fact::new(ID, TITLE, Measure::new(mean, sigma, "MJ"), &words)
+}
+
+/// How the energy per volume changes with the contact tube distance from the first layer to the last, where the process map holds voltage
+/// and current over the distance at the wire feed that is set.
+fn energy_of_layers(
+    simulation: &Simulation,
+    commands: &Commands,
+    settings: &Settings,
+) -> Option<Fact> {
+    const ID: &str = "energy-per-volume";
+    const TITLE: &str = "electric energy per volume of wire, first and last layer";
+    let lines = settings.map.electric.as_ref()?.lines();
+    let cannot = |why: &str| Some(Fact::words(ID, TITLE, &format!("cannot say: {why}")));
+    if !programmed(commands, settings).all(|s| lines.of_feed(s.wire_feed)) {
+        return cannot("the map's voltage and current were measured at another wire feed");
+    }
+    let mut fed = simulation.layers.iter().filter(|l| l.arc_time > 0.0);
+    let first = fed.next()?;
+    let told = |layer: &LayerOutcome| {
+        let distance = layer.ctwd_mean;
+        let energy = lines.energy(distance, settings.wire.section());
+        let known = lines.covers(distance);
+        known.then(|| {
+            format!(
+                "{energy:.1} J/mm³ in layer {} at {distance:.1} mm",
+                layer.layer
+            )
+        })
+    };
+    let layers = [Some(first), fed.next_back()];
+    let words: Option<Vec<String>> = layers.into_iter().flatten().map(told).collect();
+    let Some(words) = words else {
+        return cannot(
+            "the contact tube leaves the distances at which the map's voltage and current were measured",
+        );
+    };
+    let words = format!(
+        "{}: by the map's feed, voltage and current over the distance",
+        words.join(", ")
+    );
+    Some(Fact::words(ID, TITLE, &words))
 }
