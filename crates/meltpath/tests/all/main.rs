@@ -31,6 +31,7 @@ mod over;
 mod paced;
 mod part_on_robot;
 mod reach;
+mod records;
 mod reference;
 mod remedies;
 mod standing;

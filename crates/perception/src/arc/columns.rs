@@ -1,6 +1,6 @@
 //! Which column of a record is what: by its heading or its place, with the unit that is told or that stands in the heading.
 
-use meltpath_base::quantity::Unit;
+use meltpath_base::quantity::Quantity;
 use meltpath_base::settings::{Json, Kind, Node, Place, Reader, Value};
 use meltpath_base::table;
 
@@ -122,15 +122,15 @@ fn units_of(heading: &str) -> Vec<String> {
     found
 }
 
-/// The values of a column in the house's units.
+/// The values of a column in the units of a quantity of the house; `usual` is the unit that people write.
 ///
 /// # Errors
 /// [`ArcError::Record`] where it is not there, [`ArcError::Unit`].
-pub(super) fn values(
+pub(super) fn values<Q: Quantity>(
     file: &str,
     table: &Table,
     column: &Column,
-    units: &'static [Unit],
+    usual: &'static str,
 ) -> Result<Vec<f64>, ArcError> {
     let found = (1..)
         .zip(&table.columns)
@@ -143,7 +143,7 @@ pub(super) fn values(
             known: crate::record::listed(known),
         }));
     };
-    let of = |symbol: &String| units.iter().find(|u| u.symbol == symbol);
+    let of = |symbol: &String| Q::UNITS.iter().find(|u| u.symbol == symbol);
     let unit = match &column.unit {
         Some(symbol) => of(symbol),
         None => units_of(heading).iter().find_map(of),
@@ -152,11 +152,11 @@ pub(super) fn values(
         file: file.to_owned(),
         column: heading.clone(),
         told: match &column.unit {
-            Some(symbol) => format!("\"{symbol}\" is no unit of it"),
-            None => "its unit is not told, nor does its heading hold it".to_owned(),
+            Some(symbol) => format!("\"{symbol}\" is no unit of a {}", Q::WHAT),
+            None => format!("no unit of a {} is told or stands in its heading", Q::WHAT),
         },
-        known: crate::record::listed(units.iter().map(|u| u.symbol)),
-        example: units.first().map_or("", |u| u.symbol),
+        known: crate::record::listed(Q::UNITS.iter().map(|u| u.symbol)),
+        example: usual,
     })?;
     let values = raw.iter().map(|v| unit.read(v * column.scale));
     Ok(values.collect())

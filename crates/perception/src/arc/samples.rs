@@ -5,7 +5,7 @@ use std::path::Path;
 use meltpath_base::{Current, Speed, Time, Voltage};
 
 use super::ArcError;
-use super::columns::{ArcColumns, Column, means, values};
+use super::columns::{ArcColumns, means, values};
 use crate::table;
 
 /// A step so many times the usual one is a gap: clocks of loggers jitter.
@@ -41,15 +41,15 @@ impl Samples {
             |place: usize, heading: &str| columns.told().any(|c| means(&c.name, place, heading));
         let table = table::read_where(path, needed)?;
         let file = path.display().to_string();
-        let of = |column: &Column, units| values(&file, &table, column, units);
-        let voltage = of(&columns.voltage, Voltage::UNITS)?;
-        let current = of(&columns.current, Current::UNITS)?;
+        let voltage = values::<Voltage>(&file, &table, &columns.voltage, "V")?;
+        let current = values::<Current>(&file, &table, &columns.current, "A")?;
         let feed = columns.feed.as_ref();
-        let feed = feed.map(|c| of(c, Speed::UNITS)).transpose()?;
+        let feed = feed.map(|c| values::<Speed>(&file, &table, c, "m/min"));
+        let feed = feed.transpose()?;
         let (times, usual) = match (columns.time.as_ref(), sample_time) {
             (_, Some(step)) => ((0..table.rows()).map(|k| k as f64 * step).collect(), step),
             (Some(time), None) => {
-                let times = of(time, Time::UNITS)?;
+                let times = values::<Time>(&file, &table, time, "s")?;
                 let usual = usual_step(&file, &times)?;
                 (times, usual)
             }

@@ -159,12 +159,18 @@ pub fn steady(file: &str, samples: &Samples, cut: Cut) -> Result<Steady, ArcErro
     let of = |of: fn(&Part) -> [f64; 2]| mean(&parts, of);
     let power = of(|p| [p.power, p.time]);
     let (voltage, current) = (of(|p| [p.voltage, p.time]), of(|p| [p.current, p.time]));
-    if power.value <= 0.0 {
+    // true of what is no number, too
+    if power
+        .value
+        .partial_cmp(&0.0)
+        .is_none_or(std::cmp::Ordering::is_le)
+    {
+        let sign = if poles == Poles::Negative { -1.0 } else { 1.0 };
         return Err(ArcError::Sign {
             file: file(),
             power: power.value,
-            voltage: voltage.value,
-            current: current.value,
+            voltage: sign * voltage.value,
+            current: sign * current.value,
         });
     }
     let feed = samples.feed.as_ref().map(|_| of(|p| [p.feed, p.fed_time]));
