@@ -188,7 +188,7 @@ pub(crate) enum Command {
     /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map. Or records
     /// of beads (voltage, current, wire feed): energy per volume, how the source answers to the contact tube distance, and files of both.
     Measure {
-        /// The file that names the scan and tells the settings of its beads.
+        /// The file that names the scan or the records, and tells the settings of the beads.
         file: PathBuf,
         /// Folder to write, new; default the next free `<file>-measured/NNN` beside the file.
         #[arg(long)]

@@ -22,7 +22,7 @@ use crate::outcome::RunFolder;
 use crate::views;
 use file::{Records, Setting};
 use found::ByCircuit;
-use line::Fitted;
+use line::{Fitted, ends, span};
 
 pub use file::RecordsFile;
 pub use found::{Found, Recorded, Response, Told};
@@ -238,17 +238,6 @@ fn group(beads: &[Recorded]) -> Vec<usize> {
         .rev()
         .max_by(|a, b| span(a.iter().map(distance)).total_cmp(&span(b.iter().map(distance))))
         .unwrap_or_default()
-}
-
-fn span(values: impl Iterator<Item = f64>) -> f64 {
-    let [low, high] = ends(values);
-    high - low
-}
-
-fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-        [low.min(v), high.max(v)]
-    })
 }
 
 /// A line through what `of` tells of the records `which`.

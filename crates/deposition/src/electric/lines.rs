@@ -9,7 +9,9 @@ use meltpath_base::{Current, Length, Speed, Voltage, quantity, table};
 use super::file::VoltageSlope;
 use crate::energy;
 use crate::feed_response::{FeedSlope, SCATTER};
-use crate::process_map::M_PER_MIN;
+
+/// mm/s in one m/min.
+const M_PER_MIN: f64 = 1000.0 / 60.0;
 
 quantity!(
     /// A current per length, A/mm inside.

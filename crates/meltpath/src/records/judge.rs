@@ -5,6 +5,7 @@ use meltpath_perception::arc::steady::{Mean, Poles};
 
 use super::file::Records;
 use super::found::{Recorded, Response};
+use super::line::ends;
 
 /// Most voltage over current, Ω: arcs of this process have 0.05 to 0.3; exchanged columns 3 and more.
 const RESISTANCE: f64 = 1.0;
@@ -329,7 +330,7 @@ pub(super) fn facts(
         "",
     )];
     let energies = beads.iter().map(|b| b.energy().value);
-    let [least, greatest] = super::ends(energies.clone());
+    let [least, greatest] = ends(energies.clone());
     let mean = energies.sum::<f64>() / beads.len() as f64;
     let by = if beads.iter().all(|b| b.steady.feed.is_some()) {
         "by the feed that was measured"

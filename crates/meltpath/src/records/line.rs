@@ -3,6 +3,19 @@
 use meltpath_numerics::least_squares::Regression;
 use meltpath_perception::arc::steady::Mean;
 
+/// Greatest less least.
+pub(super) fn span(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] = ends(values);
+    high - low
+}
+
+/// Least and greatest.
+pub(super) fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+        [low.min(v), high.max(v)]
+    })
+}
+
 /// A straight line of least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fitted {

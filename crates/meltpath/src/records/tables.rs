@@ -9,6 +9,7 @@ use toml::{Table, Value};
 use super::file::Records;
 use super::found::{Recorded, Response, Written};
 use super::judge::{OF_DISTANCE, failing};
+use super::line::ends;
 
 /// m/min of a mm/s.
 const PER_MINUTE: f64 = 0.06;
@@ -179,7 +180,7 @@ pub(super) fn energy(
             0.0
         }
     };
-    let [least, greatest] = super::ends(beads.iter().flat_map(|b| {
+    let [least, greatest] = ends(beads.iter().flat_map(|b| {
         let value = b.energy().value;
         [value - wide(b), value + wide(b)]
     }));

@@ -261,9 +261,12 @@ fn mean(parts: &[Part], of: fn(&Part) -> [f64; 2]) -> Mean {
         .map(|[sum, time]| sum / time)
         .collect();
     let squares: f64 = of_parts.iter().map(|v| (v - value).powi(2)).sum();
+    let scatter = (squares / (of_parts.len() as f64 - 1.0).max(1.0)).sqrt();
+    // what rounding alone leaves is none
+    let none = scatter < 1e-9 * value.abs();
     Mean {
         value,
-        scatter: (squares / (of_parts.len() as f64 - 1.0).max(1.0)).sqrt(),
+        scatter: if none { 0.0 } else { scatter },
     }
 }
 
