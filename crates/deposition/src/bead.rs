@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::pursuit::law::PursuitLaw;
 use crate::section::Section;
 
 /// A single straight bead on a plate at nominal settings, and how it changes when the torch slows down.
@@ -52,13 +53,15 @@ pub struct PoolModel {
 pub enum PursuitLength {
     /// One length, mm.
     Fixed(f64),
-    /// [`crate::pursuit::pursuit_length`] of the corner that the bead goes round.
-    ByCorner,
+    /// By the angle of the corner that the bead goes round.
+    ByCorner(PursuitLaw),
 }
 
 /// Exponents of pool length and offset against feed per length, from the two rows of Rouchon 2022, table 3.3
 /// (V_r 0.75 to 0.50 m/min at constant wire feed): ln(11.73/10.80)/ln 1.5 and ln(1.85/1.66)/ln 1.5.
 pub const REAR_EXPONENT: f64 = 0.204;
+/// The same of the pool's width, which is the bead's: ln(4.14/3.60)/ln 1.5, where no process map tells it.
+pub const WIDTH_EXPONENT: f64 = 0.345;
 /// See [`REAR_EXPONENT`].
 pub const OFFSET_EXPONENT: f64 = 0.267;
 

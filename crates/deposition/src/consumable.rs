@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use meltpath_base::settings::{Datum, Problem, Problems};
-use meltpath_base::{Density, Length, Speed, quantity, settings, table};
+use meltpath_base::{Angle, Density, Length, Speed, quantity, settings, table};
 use meltpath_data::{File, find, names, wires};
 
 use crate::bead::{PoolModel, PursuitLength};
+use crate::pursuit::law::{LawError, MOST, PursuitLaw};
 
 /// Why a data file cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -81,7 +82,7 @@ table! {
         flow: Datum<GasFlow> where positive => required;
     }
 
-    /// Weld pools measured for a wire, gas and mode.
+    /// Weld pools measured for a wire, gas and mode, and how far the bead stays behind the torch at corners.
     pub struct PoolFile {
         /// Version of the file's layout.
         schema: u32 where within(1.0, 1.0) => required;
@@ -94,7 +95,17 @@ table! {
         /// Transfer mode.
         mode: String => required;
         /// The pools.
-        pool: Vec<PoolRow> => required;
+        pool: Vec<PoolRow> => default([], "a file of pursuit lengths alone, such as `meltpath measure` writes");
+        /// Pursuit lengths of corners, linear between them and constant beyond, at most ten.
+        pursuit: Vec<PursuitRow> => default([], "those of another file, told");
+    }
+
+    /// How far the bead stays behind the torch at a corner.
+    pub struct PursuitRow {
+        /// How far the path turns there: 0 is straight on.
+        corner: Angle where within(0.0, std::f64::consts::PI) => required;
+        /// Distance l from the torch to the point of the bead that it draws behind it.
+        length: Datum<Length> where within(0.2, 50.0) => required;
     }
 
     /// A pool measured at given settings.
@@ -188,10 +199,36 @@ impl PoolFile {
         settings::parse(text, |file: &Self| {
             let none = || {
                 file.pool
-                    .problem("the file holds no pool: add a table [[pool]]")
+                    .problem("the file holds no pool and no pursuit length: add a table [[pool]] or [[pursuit]]")
             };
-            file.pool.is_empty().then(none).into_iter().collect()
+            let none = (file.pool.is_empty() && file.pursuit.is_empty()).then(none);
+            let refused = match file.law_of_rows() {
+                Some(Err(LawError::Count)) => Some(format!(
+                    "the file tells {} pursuit lengths, {MOST} are the most: leave some out, they are linear between",
+                    file.pursuit.len()
+                )),
+                Some(Err(LawError::Values)) => Some(
+                    "angles of [[pursuit]] must increase from row to row: sort them, and make one row of those at one angle".to_owned(),
+                ),
+                None | Some(Ok(_)) => None,
+            };
+            let refused = refused.map(|why| file.pursuit.problem(why));
+            none.into_iter().chain(refused).collect()
         })
+    }
+
+    fn law_of_rows(&self) -> Option<Result<PursuitLaw, LawError>> {
+        let rows: Vec<[f64; 2]> = self
+            .pursuit
+            .iter()
+            .map(|r| [r.corner.0, r.length.0])
+            .collect();
+        (!rows.is_empty()).then(|| PursuitLaw::new(&rows))
+    }
+
+    /// Its pursuit lengths, where it tells any.
+    pub fn law(&self) -> Option<PursuitLaw> {
+        self.law_of_rows()?.ok()
     }
 }
 

@@ -7,6 +7,7 @@ pub mod assembly;
 pub mod bead;
 pub mod capillary;
 pub mod consumable;
+pub mod corner;
 pub mod deposit;
 pub mod electric;
 pub mod energy;

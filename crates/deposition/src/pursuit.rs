@@ -1,8 +1,12 @@
 //! The pursuit curve (tractrix): the bead's centre line follows the torch at a constant distance.
 //! Source: Rouchon 2022, §3.3.2, eq. 3.4.
 
+pub mod identify;
+pub mod law;
+
 use crate::bead::PursuitLength;
-use meltpath_geometry::math::DVec3;
+use law::PursuitLaw;
+use meltpath_geometry::math::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// How the follower is drawn.
@@ -16,30 +20,14 @@ pub enum PursuitMode {
     Rope,
 }
 
-/// Pursuit length against the angle of the corner (0 straight, π reversal), mm.
-///
-/// 4 mm up to 75° and 5 mm at 90° are the thesis' values (Rouchon 2022, §3.4; Rouchon 2021, §4); the line to 6 mm at
-/// 135° and the constant beyond are our defaults.
-pub fn pursuit_length(corner: f64) -> f64 {
-    let degrees = corner.abs().to_degrees();
-    let knots = [(75.0, 4.0), (90.0, 5.0), (135.0, 6.0)];
-    if degrees <= knots[0].0 {
-        return knots[0].1;
-    }
-    for pair in knots.windows(2) {
-        let ((a0, l0), (a1, l1)) = (pair[0], pair[1]);
-        if degrees <= a1 {
-            return l0 + (l1 - l0) * (degrees - a0) / (a1 - a0);
-        }
-    }
-    knots[2].1
-}
-
 /// Cosine of the turn (10°) below which the bead is taken to run along the torch's way again: a corner is past there. Ours.
 const PAST: f64 = 0.985;
 
 /// Change of the length per millimetre of way: the length follows the corner without dragging the bead. Ours.
 const CHANGE: f64 = 0.5;
+
+/// Cosine of the turn (60°) within a length up to which a bend is no corner, unless a law was measured at less. Ours.
+const BEND: f64 = 0.5;
 
 /// A follower drawn by a leader, updated sample by sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +39,8 @@ pub struct Pursuit {
     follower: DVec3,
     heading: DVec3,
     corner: f64,
+    /// Cosine of the turn up to which the length is that of a straight line.
+    straight: f64,
     /// Directions of the leader half a length back, and up to as much before that.
     before: [DVec3; 2],
     /// Way since the first of them, mm.
@@ -60,9 +50,9 @@ pub struct Pursuit {
 impl Pursuit {
     /// A follower behind `leader`, which is about to move along the unit vector `heading`.
     pub fn new(leader: DVec3, heading: DVec3, law: PursuitLength, mode: PursuitMode) -> Self {
-        let length = match law {
-            PursuitLength::Fixed(length) => length,
-            PursuitLength::ByCorner => pursuit_length(0.0),
+        let (length, straight) = match law {
+            PursuitLength::Fixed(length) => (length, 0.0),
+            PursuitLength::ByCorner(law) => (law.length(0.0), law.straight_to().cos().max(BEND)),
         };
         Pursuit {
             law,
@@ -72,6 +62,7 @@ impl Pursuit {
             follower: leader - length * heading,
             heading,
             corner: 0.0,
+            straight,
             before: [heading; 2],
             since: 0.0,
         }
@@ -94,8 +85,8 @@ impl Pursuit {
 
     /// Moves the leader (by a small part of the length: 0.05 mm or less for a smooth curve) and the follower after it.
     pub fn follow(&mut self, leader: DVec3) {
-        if self.law == PursuitLength::ByCorner {
-            self.take_length_of_the_corner(leader);
+        if let PursuitLength::ByCorner(law) = self.law {
+            self.take_length_of_the_corner(&law, leader);
         }
         let gap = leader - self.follower;
         let distance = gap.length();
@@ -120,7 +111,7 @@ impl Pursuit {
     /// The corner is the widest turn of the torch's way within a length (half a length at least), since the bead last ran
     /// along it: a controller rounds corners, the bead comes round slowly, and the source gives one length for all of a
     /// corner.
-    fn take_length_of_the_corner(&mut self, leader: DVec3) {
+    fn take_length_of_the_corner(&mut self, law: &PursuitLaw, leader: DVec3) {
         let motion = leader - self.leader;
         let way = motion.length();
         // shorter ways are gathered: their direction may be that of rounding
@@ -134,9 +125,9 @@ impl Pursuit {
             self.before = [direction, self.before[0]];
             self.since = 0.0;
         }
-        // up to 60° the length is that of a straight line, and no angle is needed
+        // no angle is needed where the length is that of a straight line
         let cosine = self.before[1].dot(direction);
-        let turn = if cosine < 0.5 {
+        let turn = if cosine < self.straight {
             cosine.max(-1.0).acos()
         } else {
             0.0
@@ -144,38 +135,53 @@ impl Pursuit {
         let past = self.heading.dot(direction) > PAST;
         self.corner = if past { turn } else { self.corner.max(turn) };
         let most = CHANGE * way;
-        self.length += (pursuit_length(self.corner) - self.length).clamp(-most, most);
+        self.length += (law.length(self.corner) - self.length).clamp(-most, most);
     }
+}
+
+/// The pursuit curve of a whole leader path cut in steps of at most `step` mm, one point per leader point cut.
+///
+/// Empty for fewer than two distinct points.
+///
+/// ```
+/// use meltpath_deposition::pursuit::{PursuitMode, pursuit_curve};
+/// use meltpath_geometry::math::DVec2;
+/// let corner = [DVec2::new(-20.0, 0.0), DVec2::ZERO, DVec2::new(0.0, 20.0)];
+/// let curve = pursuit_curve(&corner, 5.0, PursuitMode::Rope, 0.05);
+/// let nearest = curve.iter().map(|p| p.length()).fold(f64::MAX, f64::min);
+/// assert!((nearest - 3.31).abs() < 0.02);
+/// ```
+pub fn pursuit_curve(leader: &[DVec2], length: f64, mode: PursuitMode, step: f64) -> Vec<DVec2> {
+    let Some(heading) = leader
+        .windows(2)
+        .find_map(|w| (w[1] - w[0]).try_normalize())
+    else {
+        return Vec::new();
+    };
+    let step = step.max(1e-3 * length).max(f64::MIN_POSITIVE);
+    let law = PursuitLength::Fixed(length);
+    let mut pursuit = Pursuit::new(leader[0].extend(0.0), heading.extend(0.0), law, mode);
+    let mut curve = vec![pursuit.follower().truncate()];
+    for w in leader.windows(2) {
+        let pieces = (w[0].distance(w[1]) / step).ceil().max(1.0) as u32;
+        for k in 1..=pieces {
+            let at = w[0].lerp(w[1], f64::from(k) / f64::from(pieces));
+            pursuit.follow(at.extend(0.0));
+            curve.push(pursuit.follower().truncate());
+        }
+    }
+    curve
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meltpath_geometry::math::DVec2;
 
-    /// The pursuit curve of a whole leader path cut in steps of at most `step` mm, one point per leader point cut.
-    ///
-    /// Empty for fewer than two distinct points.
-    fn pursuit_curve(leader: &[DVec2], length: f64, mode: PursuitMode, step: f64) -> Vec<DVec2> {
-        let Some(heading) = leader
-            .windows(2)
-            .find_map(|w| (w[1] - w[0]).try_normalize())
-        else {
-            return Vec::new();
-        };
-        let step = step.max(1e-3 * length).max(f64::MIN_POSITIVE);
-        let law = PursuitLength::Fixed(length);
-        let mut pursuit = Pursuit::new(leader[0].extend(0.0), heading.extend(0.0), law, mode);
-        let mut curve = vec![pursuit.follower().truncate()];
-        for w in leader.windows(2) {
-            let pieces = (w[0].distance(w[1]) / step).ceil().max(1.0) as u32;
-            for k in 1..=pieces {
-                let at = w[0].lerp(w[1], f64::from(k) / f64::from(pieces));
-                pursuit.follow(at.extend(0.0));
-                curve.push(pursuit.follower().truncate());
-            }
-        }
-        curve
+    /// The law that ships: of the source.
+    fn by_corner() -> PursuitLength {
+        let text = meltpath_data::pools::X90_IG_1_0_CMT_M14.text;
+        let file = crate::consumable::PoolFile::parse(text).unwrap();
+        PursuitLength::ByCorner(file.law().unwrap())
     }
 
     fn corner(angle: f64) -> [DVec2; 3] {
@@ -282,8 +288,7 @@ mod tests {
     }
 
     /// Longest distance of the follower at a corner of `angle` degrees, and the distance 30 mm beyond.
-    fn lengths_at(angle: f64, step: f64) -> (f64, f64) {
-        let law = PursuitLength::ByCorner;
+    fn lengths_at(law: PursuitLength, angle: f64, step: f64) -> (f64, f64) {
         let path = corner(angle).map(|p| p.extend(0.0));
         let mut pursuit = Pursuit::new(path[0], DVec3::X, law, PursuitMode::Rope);
         let mut longest = 0.0f64;
@@ -307,7 +312,7 @@ mod tests {
             (135.0, 6.0),
         ] {
             for step in [0.01, 0.1] {
-                let (longest, after) = lengths_at(angle, step);
+                let (longest, after) = lengths_at(by_corner(), angle, step);
                 assert!((longest - length).abs() < 0.02, "{angle} {step}: {longest}");
                 assert!((after - 4.0).abs() < 1e-9, "{angle} {step}: {after}");
             }
@@ -317,7 +322,7 @@ mod tests {
     #[test]
     fn a_corner_that_a_controller_rounds_is_still_a_corner() {
         // a right angle drawn as an arc of half a millimetre
-        let law = PursuitLength::ByCorner;
+        let law = by_corner();
         let mut pursuit = Pursuit::new(DVec3::X * -40.0, DVec3::X, law, PursuitMode::Rope);
         let mut at = DVec3::X * -40.0;
         let mut longest = 0.0f64;
@@ -333,7 +338,7 @@ mod tests {
 
     #[test]
     fn a_wide_bend_is_no_corner() {
-        let law = PursuitLength::ByCorner;
+        let law = by_corner();
         let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, law, PursuitMode::Rope);
         let mut at = DVec3::ZERO;
         for k in 0..6000 {
@@ -345,9 +350,22 @@ mod tests {
 
     #[test]
     fn default_length_follows_the_thesis() {
-        assert_eq!(pursuit_length(30f64.to_radians()), 4.0);
-        assert!((pursuit_length(-90f64.to_radians()) - 5.0).abs() < 1e-12);
-        assert!((pursuit_length(135f64.to_radians()) - 6.0).abs() < 1e-9);
-        assert_eq!(pursuit_length(180f64.to_radians()), 6.0);
+        let PursuitLength::ByCorner(law) = by_corner() else {
+            panic!("a law ships")
+        };
+        for (degrees, length) in [(30.0, 4.0), (-90.0, 5.0), (135.0, 6.0), (180.0, 6.0)] {
+            assert!((law.length(f64::to_radians(degrees)) - length).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_law_of_ones_own_is_followed_at_blunt_corners_too() {
+        let knots = [[30.0, 3.0], [45.0, 3.5], [90.0, 5.0]];
+        let law = PursuitLaw::new(&knots.map(|[a, l]: [f64; 2]| [a.to_radians(), l])).unwrap();
+        for [angle, length] in knots {
+            let (longest, after) = lengths_at(PursuitLength::ByCorner(law), angle, 0.02);
+            assert!((longest - length).abs() < 0.05, "{angle}: {longest}");
+            assert!((after - 3.0).abs() < 1e-9, "{angle}: {after}");
+        }
     }
 }

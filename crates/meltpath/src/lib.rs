@@ -18,6 +18,7 @@ mod machine;
 pub mod material;
 pub mod measure;
 pub mod outcome;
+mod pools;
 pub mod reach;
 pub mod records;
 pub mod reference;

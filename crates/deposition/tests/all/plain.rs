@@ -1,6 +1,7 @@
 //! One bead on a plate by stamps, Rouchon 2022, §3.5.
 use crate::support::*;
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
+use meltpath_deposition::corner::Passage;
 use meltpath_deposition::deposit::{Deposit, Deposition, Mode, Settings};
 use meltpath_deposition::pursuit::PursuitMode;
 use meltpath_geometry::math::{DVec2, DVec3};
@@ -229,4 +230,33 @@ fn the_distance_follows_a_step_in_the_ground() {
             }
         }
     }
+}
+
+/// What slowing down at a corner adds, by the motion of the source's robot: S57, whose mean section is about 9.7 mm².
+#[test]
+fn waam_ac26_slowing_down_adds_what_the_robots_motion_says() {
+    let slowing = |angle: f64| {
+        let angle = angle.to_radians();
+        let block = robot_corner(angle, 0.0495, 9.25);
+        let at = |(k, p): (usize, &DVec3)| (0.002 * k as f64, p.truncate());
+        let samples: Vec<_> = block.position.iter().enumerate().map(at).collect();
+        let passage = Passage::of(&samples, angle).unwrap();
+        (passage.kinematic(9.7, 12.5), 40.0 - passage.length)
+    };
+    let mut last = (0.0, 0.0);
+    for (angle, ours, of_spec, measured) in [(45.0, 6.4, 6.4, 8.40), (150.0, 9.6, 9.6, 9.39)] {
+        let (added, shorter) = slowing(angle);
+        assert!((added - ours).abs() < 0.2, "{angle}: {added}");
+        for other in [of_spec, measured] {
+            assert!(
+                (added / other - 1.0).abs() < 0.3,
+                "{angle}: {added} {other}"
+            );
+        }
+        // the way is cut shorter, and more at the sharper corner
+        assert!(shorter > last.1 && added > last.0, "{shorter}");
+        last = (added, shorter);
+    }
+    let (_, blunt) = slowing(10.0);
+    assert!(blunt > 0.0 && blunt < 0.01, "{blunt}");
 }

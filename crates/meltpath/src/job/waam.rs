@@ -67,6 +67,8 @@ table! {
         map: String => computed("the one for wire, mode and gas: `WIRE-MODE-GAS`");
         /// Weld pool: a name in `data/pools`, or a TOML file of your own.
         pool: String => computed("the one for wire, mode and gas; else the nearest that was measured, told");
+        /// How far the bead stays behind the torch at corners: a name in `data/pools`, or a TOML file of your own, of which `[[pursuit]]` counts.
+        pursuit: String => computed("that of `pool` where it tells any; else that of wire, mode and gas; else the nearest that was measured, told");
         /// Electric energy per volume: a name in `data/energy`, or a TOML file of your own.
         energy: String => computed("the first that knows wire and mode; else it cannot be said");
         /// Deposited metal over fed metal.

@@ -30,6 +30,7 @@ use meltpath_toolpath::Weave;
 
 use self::bead::{PER_MINUTE, datum, feed_response, with_unit};
 use self::machine::{Machine, nominal_distance};
+pub use self::process::Borrowed;
 use self::process::Process;
 use self::sound::sound;
 use super::judge::{GrowthError, Limits, Remedies};
@@ -70,8 +71,8 @@ pub struct Settings {
     pub bead_model: BeadModel,
     /// The pool that lays it.
     pub pool: PoolModel,
-    /// The weld pool of another wire that stands in for that of this one: its name.
-    pub borrowed: Option<String>,
+    /// What of another wire stands in for what was not measured of this one.
+    pub borrowed: Borrowed,
     /// Data files of the user's own.
     pub own: Vec<DataText>,
     /// How metal is laid.
@@ -161,8 +162,10 @@ pub fn resolve(
         map,
         energy,
         pools,
+        pursuit,
         borrowed,
         own,
+        ..
     } = process;
     let programs = programs(job, robot.as_ref(), &cell);
     let sound = sound(job, &map, programs)?;
@@ -172,7 +175,7 @@ pub fn resolve(
     // metal is laid along the woven path by the pool of the bead that is not woven
     let bead_model = plain.model(&map);
     let feed_response = feed_response(&mut r, &waam.source, &map, plain.wire_feed, reporter);
-    let pool = process::pool(&pools, &plain, &bead_model);
+    let pool = process::pool(&pools, pursuit, &plain, &bead_model);
     let told = (reporter, &mut r);
     woven::tell(&waam.bead.weave, woven.as_ref(), cell.motion.as_ref(), told)?;
     let bead = woven.map_or(plain, |w| w.bead);
@@ -320,6 +323,13 @@ fn tell_process(waam: &WaamTable, process: &Process, r: &mut Provenance) {
         let origin = Origin::Computed(words.to_owned());
         r.value("waam.map.law", Resolved::new(tried, origin));
     }
+    let knot = |[corner, length]: &[f64; 2]| format!("{}: {}", Angle(*corner), Length(*length));
+    let lengths: Vec<String> = process.pursuit.knots().iter().map(knot).collect();
+    let origin = Origin::Data(format!("pursuit lengths of {}", process.law));
+    r.value(
+        &waam.pursuit.name,
+        Resolved::new(lengths.join("; "), origin),
+    );
     for text in &process.own {
         r.model(&format!("{} {}", text.kind, text.name), &text.origin());
     }

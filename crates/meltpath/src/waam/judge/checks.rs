@@ -15,7 +15,7 @@ use crate::waam::judge::LayerOutcome;
 use crate::waam::plan::Plan;
 use crate::waam::plan::heights::{ASSEMBLED, EDGE_BEADS, assembled};
 use crate::waam::program::{Commands, Programs};
-use crate::waam::settings::Settings;
+use crate::waam::settings::{Borrowed, Settings};
 
 /// How far layers hang over.
 pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
@@ -51,17 +51,32 @@ pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
 
 /// What is known of the bead from another wire alone: nothing can be said of metal that it lays.
 pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
-    let from = settings.borrowed.as_ref()?;
-    let why = format!(
-        "the weld pool of {} was not measured: that of {from}, another wire, stands in for it",
-        *settings.wire.name
-    );
+    let Borrowed { pool, pursuit } = &settings.borrowed;
+    let wire = &*settings.wire.name;
+    let stands_in = |what: &str, from: &String| {
+        format!("{what} of {wire} was not measured: that of {from}, another wire, stands in for it")
+    };
+    let pool_why = pool.as_ref().map(|from| stands_in("the weld pool", from));
+    let what = "how far the bead stays behind the torch at corners";
+    let pursuit_why = pursuit.as_ref().map(|from| stands_in(what, from));
+    let remedy = match (&pool_why, &pursuit_why) {
+        (None, None) => return None,
+        (Some(_), None) => "measure the pool of this wire by camera, and name its file: waam.pool",
+        (None, Some(_)) => {
+            "scan beads with corners (`meltpath measure`), and name the file that it writes: waam.pursuit"
+        }
+        (Some(_), Some(_)) => {
+            "measure the pool of this wire by camera, and name its file: waam.pool; scan beads with corners (`meltpath measure`), and name the file that it writes: waam.pursuit"
+        }
+    };
+    let why: Vec<String> = pool_why.into_iter().chain(pursuit_why).collect();
+    let why = why.join("; ");
     let title = "properties of the bead taken from another wire";
     let check = Check {
         status: Status::CannotSay,
         ..Check::not_checked("borrowed", title, &why)
     };
-    Some(check.remedy("measure the pool of this wire by camera, and name its file: waam.pool"))
+    Some(check.remedy(remedy))
 }
 
 /// Programs for a torch that stands, in dialects whose words for it are not known here; nothing where all are written with them.

@@ -2,16 +2,27 @@
 
 use std::path::Path;
 
-use meltpath_base::settings::{Problem, Problems};
+use meltpath_base::settings::{Problem, Problems, Setting};
 use meltpath_base::{Pure, Reporter};
 use meltpath_data::{File, energy, gases, pools, process_maps, wires};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_deposition::consumable::{Gas, PoolFile, PoolRow, Wire, nearest_pool};
 use meltpath_deposition::energy::{EnergyFile, EnergyPerVolume};
 use meltpath_deposition::process_map::{Bead, ProcessMap, ProcessMapError};
+use meltpath_deposition::pursuit::law::PursuitLaw;
 
 use crate::data::{DataFileError, DataText, known};
 use crate::job::waam::WaamTable;
+use crate::pools::{Nearest, nearest};
+
+/// What of the bead is known from another wire alone: the files.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Borrowed {
+    /// That of the weld pools.
+    pub pool: Option<String>,
+    /// That of the pursuit lengths.
+    pub pursuit: Option<String>,
+}
 
 /// What the metal is and how it comes.
 pub(in crate::waam) struct Process {
@@ -25,8 +36,12 @@ pub(in crate::waam) struct Process {
     pub(in crate::waam) energy: Option<EnergyPerVolume>,
     /// The weld pools.
     pub(in crate::waam) pools: Vec<PoolRow>,
-    /// The file of another wire from which the pools are.
-    pub(in crate::waam) borrowed: Option<String>,
+    /// How far the bead stays behind the torch at corners.
+    pub(in crate::waam) pursuit: PursuitLaw,
+    /// The file that tells it.
+    pub(in crate::waam) law: String,
+    /// What is of another wire.
+    pub(in crate::waam) borrowed: Borrowed,
     /// The files that are the user's own.
     pub(in crate::waam) own: Vec<DataText>,
 }
@@ -72,14 +87,8 @@ pub(in crate::waam) fn load(
             return Err(vec![waam.mode.problem(error.to_string()).help(help)]);
         }
     };
-    let named = match &*waam.pool {
-        Some(name) => Some(read("weld pool", name, pools::ALL).map_err(|e| e.at(&waam.pool))?),
-        None => None,
-    };
-    let (pool, borrowed) = pools_of(waam, named, folder, [&wire.id, &gas.id], reporter)?;
-    if named_by_itself(waam, &pool) {
-        own.push(pool.clone());
-    }
+    let laying = laying(waam, folder, [&wire.id, &gas.id], reporter)?;
+    own.extend(laying.own);
     let named = match &*waam.energy {
         Some(name) => vec![
             DataText::load("energy", name, energy::ALL, folder).map_err(|e| e.at(&waam.energy))?,
@@ -102,21 +111,14 @@ pub(in crate::waam) fn load(
     Ok(Process {
         map: adjusted(map, waam),
         energy: found,
-        pools: pool
-            .read(PoolFile::parse)
-            .map_err(|e| e.at(&waam.pool))?
-            .pool
-            .value,
-        borrowed,
+        pools: laying.pools,
+        pursuit: laying.pursuit,
+        law: laying.law,
+        borrowed: laying.borrowed,
         wire,
         gas,
         own,
     })
-}
-
-/// Whether a pool is the user's own and was not read by its name already.
-fn named_by_itself(waam: &WaamTable, pool: &DataText) -> bool {
-    waam.pool.is_none() && pool.file.is_some()
 }
 
 /// The map of a text, for the wire, the gas and the mode of the job.
@@ -176,58 +178,114 @@ fn adjusted(mut map: ProcessMap, waam: &WaamTable) -> ProcessMap {
     }
 }
 
-/// The pools that the job names, else those of its wire, mode and gas, else those of the nearest configuration that was measured,
-/// said so; with the name of that one where it is of another wire.
-fn pools_of(
+/// What lays the bead: its weld pools, how far it stays behind the torch at corners, and the files of either.
+struct Laying {
+    pools: Vec<PoolRow>,
+    pursuit: PursuitLaw,
+    /// The file of the pursuit lengths.
+    law: String,
+    borrowed: Borrowed,
+    own: Vec<DataText>,
+}
+
+/// The pools and the pursuit lengths that the job names, else those of its wire, mode and gas, else those of the nearest configuration
+/// that was measured, said so. A pool file that is named and tells pursuit lengths tells them for the job.
+fn laying(
     waam: &WaamTable,
-    named: Option<DataText>,
     folder: &Path,
     [wire, gas]: [&str; 2],
     reporter: &Reporter,
-) -> Result<(DataText, Option<String>), Vec<Problem>> {
-    let all = match named {
-        Some(named) => vec![named],
-        None => known(pools::ALL, folder),
-    };
-    let mut best: Option<([bool; 3], DataText, String)> = None;
-    for text in all {
-        let file = text.read(PoolFile::parse).map_err(|e| e.at(&waam.pool))?;
-        let same = [
-            *file.wire == wire,
-            *file.mode == *waam.mode,
-            *file.gas == gas,
-        ];
-        if best.as_ref().is_none_or(|(found, ..)| same > *found) {
-            best = Some((same, text, file.id.value));
+) -> Result<Laying, Vec<Problem>> {
+    let ids = [wire, waam.mode.as_str(), gas];
+    let named = |key: &Setting<Option<String>>| match &key.value {
+        Some(name) => {
+            let text = DataText::load("weld pool", name, pools::ALL, folder);
+            let text = text.map_err(|e| e.at(key))?;
+            text.warn(pools::ALL, reporter);
+            Ok::<_, Vec<Problem>>(Some(text))
         }
-    }
-    let Some((same, text, id)) = best else {
-        return Err(vec![waam.pool.problem("no weld pool is known")]);
+        None => Ok(None),
     };
-    if same != [true; 3] {
+    let [pool, pursuit] = [named(&waam.pool)?, named(&waam.pursuit)?];
+    let pools = nearest(pool.as_ref(), folder, ids, |f| !f.pool.is_empty());
+    let Some(pools) = pools.map_err(|e| e.at(&waam.pool))? else {
+        let help = "add a table [[pool]] to it, or name a file of pursuit lengths as waam.pursuit";
+        let none = waam
+            .pool
+            .problem("no weld pool is known, or the file named tells none");
+        return Err(vec![none.help(help)]);
+    };
+    let tells = |f: &PoolFile| f.law().is_some();
+    let of_pool = pool.as_ref().filter(|_| tells(&pools.file));
+    let law = nearest(pursuit.as_ref().or(of_pool), folder, ids, tells);
+    let law = law.map_err(|e| e.at(&waam.pursuit))?;
+    let Some((law, pursuit)) = law.and_then(|l| l.file.law().map(|pursuit| (l, pursuit))) else {
+        let none = "no pursuit length is known, or the file named tells none";
+        let help = "add a table [[pursuit]] with corner and length to it";
+        return Err(vec![waam.pursuit.problem(none).help(help)]);
+    };
+    warn_of_borrowed(&pools, &law, ids, reporter);
+    let mut own = vec![pools.text.clone(), law.text.clone()];
+    own.dedup();
+    own.retain(|text| text.file.is_some());
+    Ok(Laying {
+        borrowed: Borrowed {
+            pool: pools.of_another_wire(),
+            pursuit: law.of_another_wire(),
+        },
+        pools: pools.file.pool.value,
+        pursuit,
+        law: law.file.id.value,
+        own,
+    })
+}
+
+/// Tells what is not of this wire, mode and gas.
+fn warn_of_borrowed(
+    pools: &Nearest,
+    law: &Nearest,
+    [wire, mode, gas]: [&str; 3],
+    reporter: &Reporter,
+) {
+    if pools.same != [true; 3] {
         reporter.warn(
             "pool-borrowed",
             format!(
-                "no weld pool was measured for {wire}, {}, {gas}: that of {id} is scaled to the bead",
-                *waam.mode
+                "no weld pool was measured for {wire}, {mode}, {gas}: that of {} is scaled to the bead",
+                *pools.file.id
             ),
             "measure the pool by camera, and name it: pool = \"my-pool.toml\"",
         );
     }
-    Ok((text, (!same[0]).then_some(id)))
+    if law.same != [true; 3] {
+        reporter.warn(
+            "pursuit-borrowed",
+            format!(
+                "how far the bead stays behind the torch at corners was not measured for {wire}, {mode}, {gas}: the lengths of {} stand in",
+                *law.file.id
+            ),
+            "scan beads with corners (`meltpath measure`), and name the file that it writes: pursuit = \"pursuit.toml\"",
+        );
+    }
 }
 
 /// The measured pool nearest to the bead's settings, scaled to it.
-pub(in crate::waam) fn pool(pools: &[PoolRow], bead: &Bead, model: &BeadModel) -> PoolModel {
+pub(in crate::waam) fn pool(
+    pools: &[PoolRow],
+    pursuit: PursuitLaw,
+    bead: &Bead,
+    model: &BeadModel,
+) -> PoolModel {
+    let pursuit = PursuitLength::ByCorner(pursuit);
     match nearest_pool(pools, bead.wire_feed, bead.travel_speed) {
-        Some(row) => PoolModel::for_bead(&row.model(PursuitLength::ByCorner), model),
+        Some(row) => PoolModel::for_bead(&row.model(pursuit), model),
         // without any measured pool: round, centred under the wire
         None => PoolModel {
             front: 0.5 * model.width,
             rear: 0.5 * model.width,
             half_width: 0.5 * model.width,
             offset: 0.0,
-            pursuit: PursuitLength::ByCorner,
+            pursuit,
         },
     }
 }
