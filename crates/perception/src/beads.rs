@@ -1,19 +1,21 @@
-//! Straight beads on a plate in a cloud of points: which points are theirs, and how wide, high and large their sections are.
+//! Beads on a plate in a cloud of points, straight or with a corner: which points are theirs, and how wide, high and large their sections are.
 //!
 //! Source: the pipeline of the thesis, § 2.2.2: plane, clusters above it, sections across the bead, a parabola through each.
 
+mod clusters;
+mod corner;
+mod look;
 mod section;
-
-use std::collections::BTreeMap;
 
 use meltpath_geometry::math::{DVec2, DVec3};
 
+pub use corner::{Corner, Leg, crest};
+pub use look::Look;
 pub use section::Section;
 
 use crate::plate::Plate;
+use clusters::{cell, clusters, range, spread};
 
-/// Points of one bead are no farther apart than this, mm, or three times the usual distance between points.
-const TOGETHER: f64 = 1.0;
 /// Share of a bead in its middle where sections are taken.
 const MIDDLE: f64 = 0.6;
 /// Least length of a bead, in widths and in mm: what is shorter is spatter.
@@ -23,15 +25,6 @@ const STRAIGHT: f64 = 0.02;
 
 /// Most sections of a bead.
 const MOST: f64 = 1000.0;
-
-/// How clouds are looked through.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
-    /// Points so near the plate are the plate, mm.
-    pub near: f64,
-    /// Distance between sections, mm.
-    pub every: f64,
-}
 
 /// A bead that was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +49,9 @@ pub struct Found {
     /// Straight beads, from one to the next across them, from low to high x or y of the cloud, whichever that way is nearer to; beads in
     /// one line along them.
     pub beads: Vec<Bead>,
+    /// Beads with a corner, where they were asked for: by the places of their corners, from low to high x or y, along whichever they lie
+    /// farther apart.
+    pub corners: Vec<Corner>,
     /// Middles of what is as large as a bead and is not straight or gave no section, each with why.
     pub refused: Vec<(DVec3, String)>,
     /// Points above the plate that belong to nothing as large as a bead.
@@ -64,36 +60,90 @@ pub struct Found {
 
 /// Finds the straight beads on a plate.
 pub fn beads(points: &[DVec3], plate: &Plate, look: Look) -> Found {
-    let local: Vec<DVec3> = points.iter().map(|p| plate.local(*p)).collect();
-    let above: Vec<DVec3> = local.iter().copied().filter(|p| p.z > look.near).collect();
-    let on: Vec<DVec3> = local
-        .into_iter()
-        .filter(|p| p.z.abs() <= look.near)
-        .collect();
     let mut found = Found::default();
-    for cluster in clusters(&above) {
-        let Some(axis) = Axis::of(&cluster) else {
-            found.spatter += cluster.len();
-            continue;
-        };
-        let (length, width) = axis.extent(&cluster);
-        if length < LONG.1 || (length < LONG.0 * width && length < 5.0 * LONG.1) {
-            found.spatter += cluster.len();
-            continue;
-        }
-        match bead(&cluster, &on, &axis, look) {
-            Ok(bead) => found.beads.push(Bead {
-                ends: bead.ends.map(|p| plate.global(p)),
-                middle: plate.global(bead.middle),
-                ..bead
-            }),
-            Err(why) => found
-                .refused
-                .push((plate.global(axis.middle.extend(0.0)), why)),
+    let (clusters, on) = parted(points, plate, look);
+    for cluster in clusters {
+        match straight(&cluster, &on, plate, look) {
+            Ok(bead) => found.beads.push(bead),
+            Err(why) => found.leave(&cluster, plate, why),
         }
     }
     ordered(&mut found.beads, plate.normal());
     found
+}
+
+/// Finds the straight beads on a plate and those with a corner. What has two legs is no straight bead, even where it is longer than wide.
+pub fn beads_and_corners(points: &[DVec3], plate: &Plate, look: Look) -> Found {
+    let mut found = Found::default();
+    let (clusters, on) = parted(points, plate, look);
+    for cluster in clusters {
+        let [low, high] = spread(cluster.iter().map(|p| p.truncate()));
+        let large = (high - low).max_element() >= 2.0 * LONG.1;
+        let corner = large.then(|| corner::corner(&cluster, &on, look));
+        let why = match corner {
+            Some(Ok(corner)) => {
+                found.corners.push(Corner {
+                    place: plate.global(corner.at.extend(0.0)),
+                    ..corner
+                });
+                continue;
+            }
+            Some(Err(why)) => Some((0.5 * (low + high), why)),
+            None => None,
+        };
+        match straight(&cluster, &on, plate, look) {
+            Ok(bead) => found.beads.push(bead),
+            Err(other) => found.leave(&cluster, plate, why.or(other)),
+        }
+    }
+    ordered(&mut found.beads, plate.normal());
+    let [low, high] = spread(found.corners.iter().map(|c| c.place.truncate()));
+    let size = high - low;
+    let along = |c: &Corner| {
+        if size.x > size.y {
+            c.place.x
+        } else {
+            c.place.y
+        }
+    };
+    found.corners.sort_by(|a, b| along(a).total_cmp(&along(b)));
+    found
+}
+
+/// Where something lies on the plate that is as large as a bead and is none, and why.
+type Refused = Option<(DVec2, String)>;
+
+impl Found {
+    /// Counts what is no bead.
+    fn leave(&mut self, cluster: &[DVec3], plate: &Plate, why: Refused) {
+        match why {
+            Some((at, why)) => self.refused.push((plate.global(at.extend(0.0)), why)),
+            None => self.spatter += cluster.len(),
+        }
+    }
+}
+
+/// What stands on a plate, and the points that lie on it, in its frame.
+fn parted(points: &[DVec3], plate: &Plate, look: Look) -> (Vec<Vec<DVec3>>, Vec<DVec3>) {
+    let local: Vec<DVec3> = points.iter().map(|p| plate.local(*p)).collect();
+    let above: Vec<DVec3> = local.iter().copied().filter(|p| p.z > look.near).collect();
+    let on = local.into_iter().filter(|p| p.z.abs() <= look.near);
+    (clusters(&above), on.collect())
+}
+
+/// The straight bead of a cluster, else why it is none where it is as large as one.
+fn straight(cluster: &[DVec3], on: &[DVec3], plate: &Plate, look: Look) -> Result<Bead, Refused> {
+    let axis = Axis::of(cluster).ok_or(None)?;
+    let (length, width) = axis.extent(cluster);
+    if length < LONG.1 || (length < LONG.0 * width && length < 5.0 * LONG.1) {
+        return Err(None);
+    }
+    let bead = bead(cluster, on, &axis, look).map_err(|why| Some((axis.middle, why)))?;
+    Ok(Bead {
+        ends: bead.ends.map(|p| plate.global(p)),
+        middle: plate.global(bead.middle),
+        ..bead
+    })
 }
 
 /// Puts beads into the order of their places: across the longest of them, those in one line along it.
@@ -165,7 +215,7 @@ fn bead(cluster: &[DVec3], on: &[DVec3], axis: &Axis, look: Look) -> Result<Bead
     let bend = bend(&line);
     if bend > STRAIGHT * length {
         return Err(format!(
-            "its middle leaves a straight line by {bend:.1} mm over {length:.0} mm: straight beads are measured"
+            "its middle leaves a straight line by {bend:.1} mm over {length:.0} mm: straight beads are measured, and those with one corner where the file tells it (corner)"
         ));
     }
     let back = |x: f64, y: f64| axis.back(DVec2::new(x, y)).extend(0.0);
@@ -193,12 +243,6 @@ fn bend(line: &[DVec2]) -> f64 {
     let slope = if xx > 0.0 { xy / xx } else { 0.0 };
     let off = |p: &DVec2| ((p.y - mean.y) - slope * (p.x - mean.x)).abs();
     line.iter().map(off).fold(0.0, f64::max)
-}
-
-fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-        [low.min(v), high.max(v)]
-    })
 }
 
 /// The direction in which a cluster is longest.
@@ -249,42 +293,6 @@ impl Axis {
         let [low, high] = range(inner.map(|p| p.y));
         (last - first, (high - low).max(0.0))
     }
-}
-
-fn cell(p: DVec3, size: f64) -> [i64; 2] {
-    [(p.x / size).floor() as i64, (p.y / size).floor() as i64]
-}
-
-/// Points that hang together, the largest cluster first.
-fn clusters(points: &[DVec3]) -> Vec<Vec<DVec3>> {
-    let count = |size: f64| {
-        let mut cells: Vec<[i64; 2]> = points.iter().map(|p| cell(*p, size)).collect();
-        cells.sort_unstable();
-        cells.dedup();
-        cells.len()
-    };
-    // the usual distance between points: an area of the plate for each
-    let pitch = TOGETHER * (count(TOGETHER) as f64 / points.len().max(1) as f64).sqrt();
-    let size = TOGETHER.max(3.0 * pitch.min(TOGETHER));
-    let mut cells: BTreeMap<[i64; 2], Vec<DVec3>> = BTreeMap::new();
-    for p in points {
-        cells.entry(cell(*p, size)).or_default().push(*p);
-    }
-    let mut clusters = Vec::new();
-    while let Some((first, own)) = cells.pop_first() {
-        let (mut cluster, mut open) = (own, vec![first]);
-        while let Some([x, y]) = open.pop() {
-            for next in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [x + i, y + j])) {
-                if let Some(own) = cells.remove(&next) {
-                    cluster.extend(own);
-                    open.push(next);
-                }
-            }
-        }
-        clusters.push(cluster);
-    }
-    clusters.sort_by_key(|c| std::cmp::Reverse(c.len()));
-    clusters
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use meltpath_geometry::math::DVec2;
 use meltpath_numerics::least_squares::Regression;
 
+use super::clusters::range;
+
 /// Least points of a section.
 const POINTS: usize = 12;
 /// Least points of the plate on each side, to level a section by.
@@ -51,7 +53,7 @@ impl Section {
                 own.len()
             ));
         }
-        let [low, high] = super::range(own.iter().map(|p| p.x));
+        let [low, high] = range(own.iter().map(|p| p.x));
         let beside = |p: &&DVec2| {
             let out = (low - p.x).max(p.x - high);
             (LEVELS[0]..LEVELS[1]).contains(&out)
