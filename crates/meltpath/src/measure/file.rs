@@ -2,16 +2,19 @@
 
 use std::path::Path;
 
-use meltpath_base::settings::{self, Problem};
-use meltpath_base::{Length, Speed, table};
+use meltpath_base::settings::{self, File, Problem};
+use meltpath_base::{Angle, Length, Speed, table};
 use meltpath_data::wires;
-use meltpath_deposition::consumable::Wire;
+use meltpath_deposition::consumable::{PoolRow, Wire};
+use meltpath_geometry::math::DVec2;
 
+use super::corner::torch;
 use crate::data::DataText;
 use crate::job::{JobError, PartUnit, Problems, text_of};
+use crate::pools::nearest;
 
 table! {
-    /// A scan of straight beads on a plate, and the settings that they were laid with.
+    /// A scan of beads on a plate, straight or with one corner, and the settings that they were laid with.
     pub struct ScanFile {
         /// The scan: a `.ply`, the `.stl` of a mesh, or lines of x, y, z (`.xyz`, `.asc`, `.pts`, `.txt`, `.csv`).
         scan: String => required;
@@ -29,7 +32,8 @@ table! {
         mode: String => none("no process map is written");
         /// Capillary length of the molten metal, √(γ/ρg), of which contact angles are computed.
         capillary_length: Length where within(1.0, 20.0) => default("5.07 mm", "steel, 1.8 N/m and 7150 kg/m³ (Rouchon 2022, section 2.1.3)");
-        /// The beads in the order in which they lie: across them from low to high x or y, those in one line along it.
+        /// The beads in the order in which they lie: straight ones across them from low to high x or y, those in one line along it; those
+        /// with a corner by the places of their corners, from low to high x or y, along whichever they lie farther apart.
         beads as "bead": Vec<ScanBead> => default([], "sizes alone are told");
     }
 
@@ -41,6 +45,10 @@ table! {
         travel_speed: Speed where positive => required;
         /// Wire feed that was measured.
         measured_feed: Speed where positive => none("that which was set stands in for it");
+        /// How far the path turns at the bead's one corner, seen from above in the direction of travel: positive to the left, negative to the right.
+        corner: Angle where within(-2.9671, 2.9671) => none("the bead is straight");
+        /// Record of the torch along a bead with a corner: columns of time (s), x and y (mm).
+        torch: File => none("the torch goes through the corner at its travel speed");
     }
 }
 
@@ -62,6 +70,17 @@ impl Setting {
     }
 }
 
+/// A corner that the file tells of.
+#[derive(Debug, Clone)]
+pub struct CornerSetting {
+    /// The settings of its bead.
+    pub setting: Setting,
+    /// How far the path turns, rad, left positive.
+    pub turn: f64,
+    /// The torch's record in the frame of the path, s and mm.
+    pub torch: Option<Vec<(f64, DVec2)>>,
+}
+
 /// The file, resolved.
 #[derive(Debug, Clone)]
 pub struct Scan {
@@ -79,22 +98,46 @@ pub struct Scan {
     pub wire: Option<Wire>,
     /// Gas and mode.
     pub process: Option<[String; 2]>,
-    /// Settings of the beads.
+    /// Settings of the straight beads.
     pub beads: Vec<Setting>,
+    /// Settings of the beads with a corner.
+    pub corners: Vec<CornerSetting>,
+    /// The weld pools by which the deposit's model is compared with corners.
+    pub pools: Vec<PoolRow>,
+    /// The file that they are of.
+    pub pools_of: String,
 }
+
+/// Least turn of a corner, rad: 20°.
+const LEAST_TURN: f64 = 0.349;
 
 /// Some beads with a measured feed and some without are no table.
 fn check(file: &ScanFile) -> Vec<Problem> {
-    let told = file.beads.iter().filter(|b| b.measured_feed.is_some());
-    let told = told.count();
-    let some = told > 0 && told < file.beads.len();
-    let all = file.beads.len();
-    settings::broken([(
-        some,
-        file.beads.problem(format!(
-            "measured_feed is told of {told} of {all} beads: tell it of all or of none"
-        )),
-    )])
+    let straight = || file.beads.iter().filter(|b| b.corner.is_none());
+    let all = straight().count();
+    let told = straight().filter(|b| b.measured_feed.is_some()).count();
+    let blunt = |b: &ScanBead| b.corner.is_some_and(|turn| turn.0.abs() < LEAST_TURN);
+    settings::broken([
+        (
+            told > 0 && told < all,
+            file.beads.problem(format!(
+                "measured_feed is told of {told} of {all} beads: tell it of all or of none"
+            )),
+        ),
+        (
+            file.beads.iter().any(blunt),
+            file.beads
+                .problem("a corner of less than 20° shows no pursuit length: leave corner out of a straight bead, or scan a sharper one"),
+        ),
+        (
+            file.beads
+                .iter()
+                .any(|b| b.torch.is_some() && b.corner.is_none()),
+            file.beads.problem(
+                "torch is of beads with a corner: write corner, how far the path turns there",
+            ),
+        ),
+    ])
 }
 
 /// Reads a file.
@@ -118,11 +161,36 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
             Some(read.map_err(|e| e.at(&file.wire))?)
         }
     };
+    let ids = [
+        wire.as_ref().map_or("", |w: &Wire| w.id.as_str()),
+        file.mode.as_deref().unwrap_or_default(),
+        file.gas.as_deref().unwrap_or_default(),
+    ];
+    let pools = nearest(None, folder, ids, |f| !f.pool.is_empty());
+    let pools = pools.map_err(|e| e.at(&file.scan))?;
+    let (pools, pools_of) =
+        pools.map_or_else(Default::default, |p| (p.file.pool.value, p.file.id.value));
     let setting = |b: &ScanBead| Setting {
         wire_feed: b.wire_feed.0,
         travel_speed: b.travel_speed.0,
         measured_feed: b.measured_feed.map(|v| v.0),
     };
+    let mut corners = Vec::new();
+    for b in file.beads.iter() {
+        let Some(turn) = *b.corner else { continue };
+        let torch = match &*b.torch {
+            None => None,
+            Some(record) => {
+                let read = torch::read(&folder.join(&record.0), turn.0);
+                Some(read.map_err(|why| vec![b.torch.problem(format!("{}: {why}", record.0))])?)
+            }
+        };
+        corners.push(CornerSetting {
+            setting: setting(b),
+            turn: turn.0,
+            torch,
+        });
+    }
     Ok(Scan {
         name: file.scan.value.clone(),
         unit: file.unit.millimetres(),
@@ -134,6 +202,14 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
             (Some(gas), Some(mode)) => Some([gas.clone(), mode.clone()]),
             _ => None,
         },
-        beads: file.beads.iter().map(setting).collect(),
+        beads: file
+            .beads
+            .iter()
+            .filter(|b| b.corner.is_none())
+            .map(setting)
+            .collect(),
+        corners,
+        pools,
+        pools_of,
     })
 }

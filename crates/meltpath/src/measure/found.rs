@@ -4,10 +4,15 @@ use std::path::PathBuf;
 
 use meltpath_base::Verdict;
 use meltpath_deposition::capillary::Capillary;
+use meltpath_deposition::corner::{Balance, Fold};
+use meltpath_deposition::pursuit::identify::{Identified, NoLength};
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_perception::beads::Bead;
 use meltpath_perception::plate::Plate;
 
-use super::file::{Scan, Setting};
+use super::corner::deviation::Deviation;
+use super::corner::relief::Relief;
+use super::file::{CornerSetting, Scan, Setting};
 
 /// A mean and the standard deviation of what it is of.
 pub type Mean = [f64; 2];
@@ -52,6 +57,48 @@ impl Measured {
     }
 }
 
+/// A corner with what was found.
+///
+/// Its frame: the corner is the origin, the torch comes along x from the negative side, y is to its left, z stands on the plate. mm.
+#[derive(Debug, Clone)]
+pub struct MeasuredCorner {
+    /// Where its legs meet, in the frame of the cloud.
+    pub place: DVec3,
+    /// What the file tells.
+    pub told: CornerSetting,
+    /// How far its legs turn, rad, not signed.
+    pub seen: f64,
+    /// Lengths of the legs, in the order of travel.
+    pub legs: [f64; 2],
+    /// Mean width, height and area of its straight parts, mm and mm².
+    pub mean: [f64; 3],
+    /// Standard deviation of the area over sections, and how many there are.
+    pub scatter: (f64, usize),
+    /// Its crest.
+    pub crest: Vec<DVec2>,
+    /// Its surface.
+    pub relief: Relief,
+    /// The pursuit length as jobs follow it.
+    pub pursuit: Result<Identified, NoLength>,
+    /// That of a follower at a constant distance, which sharp corners push back first.
+    pub rigid: Option<f64>,
+    /// How far the crest lies off the nearest curve of a torch that came the other way, mm.
+    pub other_way: Option<f64>,
+    /// Volumes.
+    pub balance: Balance,
+    /// The fold of the parabola of the mean width and height, beside that of the sections themselves.
+    pub parabola: Fold,
+    /// What slowing down should have added by the torch's record, mm³.
+    pub slowing: Option<f64>,
+    /// Cells of the corner that the scan shows, as a share.
+    pub shown: f64,
+    /// The length that the crest of the deposit's model shows when it is laid with the length that was found, mm: a crest is not the curve
+    /// that the pool follows.
+    pub shown_by_model: Option<f64>,
+    /// The deposit's model against the scan; none where it could not be made.
+    pub deviation: Option<Deviation>,
+}
+
 /// What was measured.
 #[derive(Debug, Clone)]
 pub struct Found {
@@ -63,6 +110,10 @@ pub struct Found {
     pub points: usize,
     /// The beads.
     pub beads: Vec<Measured>,
+    /// The beads with a corner.
+    pub corners: Vec<MeasuredCorner>,
+    /// The file of pursuit lengths that they make, where they make one.
+    pub pursuit: Option<String>,
     /// The process map that they make, where they make one.
     pub map: Option<String>,
     /// As checks.

@@ -96,6 +96,9 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         let remedy = "look at its section in the report: two beads that touch count as one, and width and height of what is no parabola say little";
         checks.push(at(check.remedy(remedy), one));
     }
+    if beads.is_empty() {
+        return checks;
+    }
     let diameter = |w: &Wire| 2.0 * w.diameter.uncertainty.unwrap_or(0.0) / w.diameter.0;
     let sigma = scan.wire.as_ref().map_or(0.0, diameter);
     let kept = |b: &Measured| b.kept(sigma).map(|k| k.map(|v| 100.0 * v));
@@ -140,11 +143,22 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
     checks
 }
 
+/// Least and most metal over the wire that was fed at corners, %.
+pub(super) fn metal(scan: &Scan) -> [f64; 2] {
+    let measured = !scan.corners.is_empty()
+        && scan
+            .corners
+            .iter()
+            .all(|c| c.setting.measured_feed.is_some());
+    [LEAST, MOST[usize::from(!measured)]]
+}
+
 /// What is told besides.
-pub(super) fn facts(beads: &[Measured], cloud: &Cloud, plate: &Plate) -> Vec<Fact> {
+pub(super) fn facts(beads: usize, corners: usize, cloud: &Cloud, plate: &Plate) -> Vec<Fact> {
     let count = |n: usize| Measure::exact(n as f64, "");
     vec![
-        Fact::new("beads", "straight beads found", count(beads.len()), ""),
+        Fact::new("beads", "straight beads found", count(beads), ""),
+        Fact::new("corners", "beads with a corner found", count(corners), ""),
         Fact::new(
             "points",
             "points of the scan",

@@ -1,5 +1,7 @@
 //! What measured beads look like.
 
+mod corner;
+
 use meltpath_base::Provenance;
 use meltpath_base::number::with_uncertainty;
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -99,6 +101,9 @@ fn plan(found: &Found) -> Plot {
         let line = bead.bead.ends.map(DVec3::truncate).to_vec();
         plot = plot.line(format!("bead {}", k + 1), line);
     }
+    for (k, corner) in found.corners.iter().enumerate() {
+        plot = plot.dots(format!("corner {}", k + 1), vec![corner.place.truncate()]);
+    }
     plot
 }
 
@@ -115,16 +120,23 @@ pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
     } else {
         String::new()
     };
+    let tables = if found.beads.is_empty() {
+        Vec::new()
+    } else {
+        vec![sizes(found)]
+    };
+    let mut sections = vec![Section::new("Sizes", &note, plots, tables)];
+    sections.extend(corner::section(found));
     Report {
         title: "Beads measured in a scan".to_owned(),
         subtitle: format!(
             "{file} · {} points · {} beads",
             found.points,
-            found.beads.len()
+            found.beads.len() + found.corners.len()
         ),
         verdict: found.verdict.clone(),
         scene: None,
-        sections: vec![Section::new("Sizes", &note, plots, vec![sizes(found)])],
+        sections,
         sheet: None,
         provenance: provenance.clone(),
     }
@@ -147,6 +159,7 @@ pub fn lines(found: &Found) -> Vec<String> {
             "map.toml: a process map of these beads; name it in a job: [waam] map".to_owned(),
         );
     }
+    lines.extend(corner::lines(found));
     lines
 }
 
@@ -195,6 +208,7 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
         }
         Ok(())
     })?;
+    corner::write_files(folder, found)?;
     match &found.map {
         Some(map) => folder.write("map.toml", |w| w.write_all(map.as_bytes())),
         None => Ok(()),

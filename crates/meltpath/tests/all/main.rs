@@ -10,6 +10,7 @@ mod along_track;
 mod by_joints;
 mod changing_speed;
 mod compare;
+mod corners;
 mod dialects;
 mod divided_beads;
 mod ebm;
