@@ -192,7 +192,6 @@ pub fn resolve(
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
-    let target = &job.target;
     let surface = surface::asked(job, folder, (&bead, step.value), &mut r);
     let limits = limits(&job.checks, ctwd, &mut r);
     models(&cell, &mut r);
@@ -233,8 +232,8 @@ pub fn resolve(
         plate_height: job.substrate.height.map(|h| h.0),
         plate_thickness: plate_thickness(job),
         holders: holders(&job.machine),
-        allowance: target.allowance.0,
-        allowance_top: target.allowance_top.map(|top| top.0),
+        allowance: job.target.allowance.0,
+        allowance_top: job.target.allowance_top.map(|top| top.0),
         limits,
         remedies: Remedies::of(&job.layers.height, *job.fill.starts),
         programs: sound.programs,

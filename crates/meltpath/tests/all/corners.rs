@@ -241,7 +241,7 @@ fn beads_that_are_no_corner_are_refused_with_why() {
             .to_vec(),
         width: WIDTH,
     };
-    refused(&[short], &["leg", "30 mm"]);
+    refused(&[short], &["without a corner", "shows 1"]);
 }
 
 /// The deposit of jobs at a corner of 90° or more, as a surface.
