@@ -7,6 +7,8 @@ const CELL: [f64; 2] = [0.2, 1.2];
 /// Cells are so large that they hold points on this share of the area of those twice as large: no line between lines of a scanner is
 /// left empty.
 const HELD: f64 = 0.97;
+/// Parts of a cell along each side, which belong to a volume or not: its ends may run along rows of cells.
+const PARTS: u32 = 6;
 /// Cells without points are filled from their neighbours so many times.
 const FILLED: u32 = 4;
 
@@ -105,12 +107,17 @@ impl Relief {
     pub(super) fn volume(&self, belongs: impl Fn(DVec2) -> bool) -> (f64, f64) {
         let (mut volume, mut all, mut seen) = (0.0, 0.0, 0.0);
         for (k, z) in self.z.iter().enumerate() {
-            if belongs(self.middle(k)) {
-                all += 1.0;
-                seen += f64::from(u8::from(self.seen[k]));
-                if z.is_finite() {
-                    volume += z * self.cell * self.cell;
-                }
+            let middle = self.middle(k);
+            let parts = (0..PARTS * PARTS).filter(|n| {
+                let place = DVec2::new(f64::from(n % PARTS), f64::from(n / PARTS));
+                let step = (place + 0.5) / f64::from(PARTS) - 0.5;
+                belongs(middle + self.cell * step)
+            });
+            let share = parts.count() as f64 / f64::from(PARTS * PARTS);
+            all += share;
+            seen += share * f64::from(u8::from(self.seen[k]));
+            if z.is_finite() {
+                volume += share * z * self.cell * self.cell;
             }
         }
         (volume, seen / f64::max(all, 1.0))
