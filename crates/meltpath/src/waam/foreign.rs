@@ -90,12 +90,7 @@ pub fn simulate_program(
     let simulation = simulate(build, &reporter, observer)?;
     // where nothing is known of neighbours beads are taken as single ones, the more uncertain case
     let growth = settings.growth_error(own.as_ref().map_or(1.0, |own| own.plan.single));
-    let laid = Laid {
-        layers: &simulation.layers,
-        ctwd: &simulation.ctwd,
-        map: &simulation.deposit.map,
-        passed: simulation.deposit.passed,
-    };
+    let laid = Laid::of(&simulation);
     let mut checks = match (&own, &part) {
         (Some(own), Some(part)) => {
             metal::checks(&laid, (part, &own.plan), settings, (&reporter, observer))?

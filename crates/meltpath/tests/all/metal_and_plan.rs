@@ -1,5 +1,6 @@
 //! Metal that is not as the plan takes it to be: travels through it, beads that hold another section than is fed, cells that are too coarse.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::support::{check, part, write};
@@ -57,10 +58,8 @@ fn table_of_beads() -> String {
         for travel in [0.5_f64, 0.75, 1.0] {
             let area = 0.25 * std::f64::consts::PI * feed / travel;
             let width = 2.34 * feed.powf(0.446) * travel.powf(-0.345);
-            rows += &format!(
-                "[{feed}, {travel}, {width:.3}, {:.3}],\n",
-                1.5 * area / width
-            );
+            let height = 1.5 * area / width;
+            writeln!(rows, "[{feed}, {travel}, {width:.3}, {height:.3}],").unwrap();
         }
     }
     format!(

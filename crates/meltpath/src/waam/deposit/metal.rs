@@ -5,6 +5,7 @@ use meltpath_deposition::deposit::TubeDistance;
 use meltpath_geometry::workpiece::HeightMap;
 
 use crate::stages::part::Part;
+use crate::waam::deposit::simulate::Simulation;
 use crate::waam::deposit::target::{Allowance, Target, compare};
 use crate::waam::deposit::tube;
 use crate::waam::error::WaamError;
@@ -28,6 +29,18 @@ pub(in crate::waam) struct Laid<'a> {
     pub(in crate::waam) map: &'a HeightMap,
     /// Where travels pass nearest over metal.
     pub(in crate::waam) passed: Option<TubeDistance>,
+}
+
+impl<'a> Laid<'a> {
+    /// Of a simulation.
+    pub(in crate::waam) fn of(simulation: &'a Simulation) -> Self {
+        Laid {
+            layers: &simulation.layers,
+            ctwd: &simulation.ctwd,
+            map: &simulation.deposit.map,
+            passed: simulation.deposit.passed,
+        }
+    }
 }
 
 /// The checks of a plan and of its metal.

@@ -35,12 +35,7 @@ pub(in crate::waam) fn build(
     let build = Build::of(commands, &layers, map, settings).beside_robot(settings);
     let simulation = simulate(build, reporter, observer)?;
     observer.stage("compare with the part", 0);
-    let laid = Laid {
-        layers: &simulation.layers,
-        ctwd: &simulation.ctwd,
-        map: &simulation.deposit.map,
-        passed: simulation.deposit.passed,
-    };
+    let laid = Laid::of(&simulation);
     let checks = metal::checks(&laid, (part, plan), settings, (reporter, observer))?;
     Ok(Built { simulation, checks })
 }
