@@ -116,6 +116,8 @@ table! {
         wire_feed: Speed where up_to(FASTEST) => required;
         /// Meaning of `WELD_SPEED` with it.
         travel_speed: Speed where up_to(FASTEST) => none("not known");
+        /// FANUC: how long the torch stands on the crater where `Arc End` calls the schedule, at its wire feed.
+        crater_time: Time where within(0.0, 60.0) => none("no time is simulated, and a note tells so");
         /// What the controller is given for it, in the order of `arc_values`.
         values: Vec<f64> => default([], "its number");
     }
@@ -280,6 +282,7 @@ impl CellProgramming {
         let set = |s: &WeldSchedule| WeldSettings {
             wire_feed: s.wire_feed.0,
             speed: s.travel_speed.map(|v| v.0),
+            crater: s.crater_time.map(|t| t.0),
         };
         let capital = |name: &String| name.to_ascii_uppercase();
         ExecutionSettings {

@@ -5,6 +5,7 @@
 //! that decide are known, and refused where they are not. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
 mod beside;
+mod crater;
 mod effect;
 mod expression;
 mod flow;
@@ -97,6 +98,8 @@ pub struct WeldSettings {
     pub wire_feed: f64,
     /// Meaning of `WELD_SPEED`, mm/s, where the schedule says it.
     pub speed: Option<f64>,
+    /// How long the torch stands on the crater where a FANUC ends the arc with it, s, where the cell says it.
+    pub crater: Option<f64>,
 }
 
 /// What programs do when they are executed.
@@ -406,6 +409,12 @@ impl Machine<'_> {
                 "travel-smoothing" => (
                     format!("{lines}: how a travel ends ({word}) is not known"),
                     "times leave it open",
+                ),
+                "crater-not-told" => (
+                    format!(
+                        "{lines}: how long {word} stands on the crater is known to the controller only: no time is simulated"
+                    ),
+                    "tell it in the cell file: crater_time of [[program.schedule]], \"0 s\" where the crater is not filled",
                 ),
                 "program-ends" => (
                     format!(

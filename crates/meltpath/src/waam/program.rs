@@ -397,10 +397,16 @@ pub fn commands(
     reporter: &Reporter,
 ) -> Result<Commands, ProgramStageError> {
     let mut known = settings.cell.program.execution(settings.bead.travel_speed);
+    let of_cell = known.schedules.clone();
     known.schedules.extend(schedules.iter().map(|s| {
+        let mut listed = of_cell
+            .iter()
+            .filter(|((_, number), _)| *number == s.number);
         let set = WeldSettings {
             wire_feed: s.wire_feed,
             speed: None,
+            // a program of one's own fills no crater but by its schedule
+            crater: listed.find_map(|(_, set)| set.crater).or(Some(0.0)),
         };
         ((None, s.number), set)
     }));

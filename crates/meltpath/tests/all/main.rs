@@ -15,6 +15,7 @@ mod dialects;
 mod divided_beads;
 mod ebm;
 mod fit;
+mod flat;
 mod focus;
 mod foreign;
 mod foretold;

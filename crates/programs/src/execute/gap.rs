@@ -21,6 +21,11 @@ pub enum Missing {
     /// Weaving of which it is not known what it is.
     #[error("what this weaving is is not known: beads are laid as if the torch did not weave")]
     Weave,
+    /// Weaving by numbers that no robot weaves with.
+    #[error(
+        "this weaving is none that robots make ({0}): beads are laid as if the torch did not weave"
+    )]
+    WeaveBeyond(String),
     /// A position that only the controller knows.
     #[error("the position {0} is known to the controller only: the move is left out")]
     Position(String),
@@ -73,6 +78,9 @@ pub enum Missing {
     /// An arc word whose setting of the source is not known.
     #[error("which wire feed {0} sets is not known")]
     Schedule(String),
+    /// An end of the arc of which it is not known how much metal it lays in the crater.
+    #[error("how long {0} stands on the crater, or what it feeds there, is not known")]
+    Crater(String),
     /// The arc is switched off where it is off: the program that starts it was not given, or a bead is missing.
     #[error("the arc ends here, but it is off: what was to be laid before is not known")]
     ArcOff,
@@ -137,6 +145,9 @@ pub enum NoPose {
     /// It says nothing that can be read.
     #[error("is not taught")]
     Untaught,
+    /// It is told in other units than this dialect's.
+    #[error("is told in another unit than mm and deg")]
+    Unit,
     /// Nobody says which arm has these joints.
     #[error("is given by joints, and no robot is named")]
     NoRobot,
@@ -153,6 +164,7 @@ impl NoPose {
     fn remedy(self) -> &'static str {
         match self {
             NoPose::Untaught => "teach the position, and export the program again",
+            NoPose::Unit => "write X, Y, Z in mm and W, P, R in deg, as the controller does",
             NoPose::NoRobot => {
                 "name the arm in the job (machine.robot), or give the position by place and orientation"
             }
@@ -172,6 +184,9 @@ impl Missing {
         match self {
             Missing::Weave => {
                 "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated, of KUKA and ABB zigzags without dwells, height and angle"
+            }
+            Missing::WeaveBeyond(_) => {
+                "write frequency, amplitude and dwells of the weave in the program as they are on the controller, with their units"
             }
             Missing::JointPosition(_, why) => why.remedy(),
             Missing::Position(_) | Missing::Offset(_) => {
@@ -201,6 +216,9 @@ impl Missing {
             }
             Missing::Schedule(_) => {
                 "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), or what the numbers mean (arc_values)"
+            }
+            Missing::Crater(_) => {
+                "list the schedule with its crater_time in the cell file ([[program.schedule]]), or write time and values as arc_values says them (Arc End[1,7.0,18.5,0.5s]); 0.0s fills no crater"
             }
             Missing::ArcOff | Missing::ArcLeftOn => {
                 "pair each start of the arc with one end, or run the program that calls this one"

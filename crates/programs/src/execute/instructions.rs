@@ -164,7 +164,7 @@ impl Machine<'_> {
         }
     }
 
-    fn wait(&mut self, time: f64) -> Result<(), ProgramError> {
+    pub(super) fn wait(&mut self, time: f64) -> Result<(), ProgramError> {
         self.close_arcs();
         if time > LONGEST_WAIT {
             return Err(self.refuse(Refusal::Wait(time)));

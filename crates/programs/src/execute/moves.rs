@@ -12,6 +12,7 @@ use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
     Refusal,
 };
+use crate::fanuc_ls::other_unit;
 use crate::orientation::pose;
 use crate::positioner::turned_back;
 use crate::program::{
@@ -94,6 +95,7 @@ impl Machine<'_> {
                 let pose = known.copied().unwrap_or(Err(NoPose::NoRobot));
                 pose.map(|pose| (pose, true))
             }
+            Some((_, Coordinates::Unread(text))) if other_unit(text) => Err(NoPose::Unit),
             Some((_, Coordinates::Unread(_))) | None => Err(NoPose::Untaught),
         };
         let (pose, by_joints) = match found {

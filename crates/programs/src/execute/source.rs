@@ -15,6 +15,25 @@ const DWELLS: std::ops::RangeInclusive<f64> = 0.0..=10.0;
 /// Faster than any source feeds wire, mm/s.
 const FASTEST_FEED: f64 = 1e4;
 
+/// What the values of an arc word set.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Set {
+    /// The schedule that they call, where it is known.
+    pub(super) schedule: Option<WeldSettings>,
+    /// The wire feed that they say themselves, mm/s.
+    feed: Option<f64>,
+}
+
+impl Set {
+    /// The source as it is set.
+    pub(super) fn source(&self) -> Source {
+        Source {
+            wire_feed: self.feed.or(self.schedule.map(|s| s.wire_feed)),
+            speed: self.schedule.and_then(|s| s.speed),
+        }
+    }
+}
+
 impl Machine<'_> {
     /// A schedule that a comment tells, where the cell does not know better.
     pub(super) fn learn(&mut self, comment: &str) {
@@ -22,6 +41,7 @@ impl Machine<'_> {
             let told = WeldSettings {
                 wire_feed,
                 speed: None,
+                crater: None,
             };
             self.schedules.entry((None, number)).or_insert(told);
         }
@@ -42,6 +62,9 @@ impl Machine<'_> {
                 self.arc = Some((word.arguments.clone(), source));
             }
             ArcAction::End => {
+                if self.arc.is_some() {
+                    self.fill_crater(word)?;
+                }
                 if self.arc.take().is_none() {
                     self.gap(Missing::ArcOff);
                 }
@@ -52,8 +75,12 @@ impl Machine<'_> {
 
     /// What an arc word sets, as far as it is known.
     fn source(&self, word: &ArcWord) -> Source {
-        let values = word.arguments.split(',').map(str::trim);
-        let values: Vec<&str> = values.collect();
+        let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
+        self.set_by(word.style, &values).source()
+    }
+
+    /// What the values of an arc word set, as far as it is known.
+    pub(super) fn set_by(&self, style: ArcStyle, values: &[&str]) -> Set {
         let told = &self.settings.arc_values;
         // a template may have places for the first values alone
         let fewer = matches!(
@@ -62,7 +89,7 @@ impl Machine<'_> {
         );
         let (mut procedure, mut schedule, mut feed) = (None, None, None);
         let mut called = None;
-        match values[..] {
+        match *values {
             _ if !told.is_empty()
                 && (told.len() == values.len() || (fewer && values.len() < told.len())) =>
             {
@@ -79,11 +106,11 @@ impl Machine<'_> {
                 }
             }
             [number] => schedule = self.memory.index(number),
-            [first, second] if word.style == ArcStyle::Weld => {
+            [first, second] if style == ArcStyle::Weld => {
                 procedure = self.memory.index(first);
                 schedule = self.memory.index(second);
                 if procedure.is_none() {
-                    return Source::default();
+                    return Set::default();
                 }
             }
             _ => {}
@@ -95,10 +122,9 @@ impl Machine<'_> {
                 own.or_else(|| self.schedules.get(&(None, number)))
             }),
         };
-        let feed = feed.filter(|f| *f > 0.0 && *f <= FASTEST_FEED);
-        Source {
-            wire_feed: feed.or(set.map(|s| s.wire_feed)),
-            speed: set.and_then(|s| s.speed),
+        Set {
+            schedule: set.copied(),
+            feed: feed.filter(|f| *f > 0.0 && *f <= FASTEST_FEED),
         }
     }
 
@@ -113,6 +139,7 @@ impl Machine<'_> {
 
     /// Begins a weave; a gap where it is not known, or is none that robots make.
     pub(super) fn swing(&mut self, weave: Option<Weave>) {
+        let beyond = weave.filter(|w| !is_sound(w));
         self.weave = weave.filter(is_sound).map(|weave| {
             let known = self.weaves.iter().position(|w| *w == weave);
             let index = known.unwrap_or_else(|| {
@@ -122,7 +149,7 @@ impl Machine<'_> {
             index as u32 + 1
         });
         if self.weave.is_none() {
-            self.gap(Missing::Weave);
+            self.gap(beyond.map_or(Missing::Weave, |w| Missing::WeaveBeyond(beyond_words(&w))));
         }
     }
 
@@ -168,6 +195,22 @@ impl Machine<'_> {
             dwell: [read(left, &seconds)?, read(right, &seconds)?],
         })
     }
+}
+
+/// The numbers of a weave that no robot makes, and those that robots make.
+fn beyond_words(weave: &Weave) -> String {
+    let [left, right] = weave.dwell;
+    format!(
+        "{} Hz, {} mm, dwells {right} and {left} s, where robots weave at {} to {} Hz, {} to {} mm to a side, with dwells of {} to {} s",
+        weave.frequency,
+        weave.amplitude,
+        FREQUENCIES.start(),
+        FREQUENCIES.end(),
+        AMPLITUDES.start(),
+        AMPLITUDES.end(),
+        DWELLS.start(),
+        DWELLS.end()
+    )
 }
 
 /// Whether robots weave so.

@@ -150,6 +150,19 @@ fn coordinates(entries: &[(&str, &str)]) -> Option<Coordinates> {
     })
 }
 
+/// Whether a group that was not read tells its place in other units than mm and deg.
+pub(crate) fn other_unit(text: &str) -> bool {
+    entries(text).iter().any(|(key, value)| {
+        let usual = match key.to_ascii_uppercase().as_str() {
+            "X" | "Y" | "Z" => "mm",
+            "W" | "P" | "R" => "deg",
+            _ => return false,
+        };
+        let unit = number(value).map_or("", |(_, unit)| unit.trim());
+        !unit.is_empty() && !unit.eq_ignore_ascii_case(usual)
+    })
+}
+
 /// The position as `/POS` holds it.
 pub(super) fn write(text: &mut String, position: &Position) {
     let comment = position.comment.as_ref();

@@ -146,6 +146,7 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
     let set = WeldSettings {
         wire_feed: 100.0,
         speed: Some(12.5),
+        crater: None,
     };
     settings.schedules.insert((Some(1), 2), set);
     let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();

@@ -7,17 +7,21 @@ use meltpath_data::cells;
 use meltpath_programs::{
     ArcValue, CellProgramming, ExecutionSettings, Missing, Reading, WeldSettings,
 };
-use meltpath_toolpath::{Event, Weave, WeaveShape};
+use meltpath_toolpath::{Channel, Event, Move, Weave, WeaveShape};
 
 use crate::told::{motions, program, read};
 
 /// A bead from P[1] by P[2] to P[3], with lines before its first and before its second move.
 fn bead(start: &str, before: &[&str], between: &[&str], settings: &ExecutionSettings) -> Reading {
     let mut lines = before.to_vec();
-    let start = format!("L P[1] 50mm/sec FINE {start}");
-    lines.extend([start.as_str(), "L P[2] WELD_SPEED FINE"]);
+    let on = format!("L P[1] 50mm/sec FINE {start}");
+    lines.extend([on.as_str(), "L P[2] WELD_SPEED FINE"]);
     lines.extend(between);
-    lines.extend(["L P[3] 10mm/sec FINE", "Arc End[1]"]);
+    let end = match start {
+        "" => "Arc End[1]".to_owned(),
+        start => start.replace("Start", "End"),
+    };
+    lines.extend(["L P[3] 10mm/sec FINE", end.as_str()]);
     let before = ["L P[1] 50mm/sec FINE"];
     let all: Vec<_> = before.into_iter().chain(lines).collect();
     read(&[program("P", &all)], settings, &Reporter::new()).unwrap()
@@ -27,6 +31,81 @@ fn schedule(feed: f64, speed: f64) -> WeldSettings {
     WeldSettings {
         wire_feed: feed,
         speed: Some(speed),
+        crater: None,
+    }
+}
+
+/// Where the arc ends: what stands on the crater is laid, or told as not known.
+#[test]
+fn the_crater_is_filled_as_the_end_of_the_arc_says() {
+    let text = "[program]\narc_values = [\"schedule\", \"wire feed, m/min\", \"other\"]\n";
+    let rows = "[[program.schedule]]\nnumber = 2\nwire_feed = \"6 m/min\"\n\
+        [[program.schedule]]\nnumber = 3\nwire_feed = \"6 m/min\"\ncrater_time = \"0.5 s\"\n\
+        [[program.schedule]]\nnumber = 4\nwire_feed = \"6 m/min\"\ncrater_time = \"0 s\"\n";
+    let head = cells::ARCMATE_120IC.text.replace("[program]\n", text);
+    let listed: CellProgramming = settings::peek(&(head.clone() + rows), &["program"])
+        .unwrap()
+        .unwrap();
+    let unlisted: CellProgramming = settings::peek(&head, &["program"]).unwrap().unwrap();
+    // end, time in s and feed in m/min of what stands, whether it is a gap, whether a note tells of it
+    for (end, stands, gap, note) in [
+        ("Arc End[1,7.0,18.5,20.0s]", Some((20.0, 7.0)), false, false),
+        ("Arc End[1,7.0,18.5,0.3sec]", Some((0.3, 7.0)), false, false),
+        ("Arc End[2,0.5s]", Some((0.5, 6.0)), false, false),
+        ("Arc End[1,7.0,18.5,0.0s]", None, false, false),
+        ("Arc End[20.0volts,180.0amps,20.0s]", None, true, false),
+        ("Arc End[20.0volts,180.0amps]", None, true, false),
+        ("Arc End[1,7.0,18.5,20.0s,0.0]", None, true, false),
+        ("Arc End[7]", None, true, false),
+        ("Arc End[2]", None, false, true),
+        ("Arc End[3]", Some((0.5, 6.0)), false, false),
+        ("Arc End[3,7.0,18.5]", Some((0.5, 7.0)), false, false),
+        ("Arc End[4]", None, false, false),
+    ] {
+        let reporter = Reporter::new();
+        let lines = [
+            "L P[1] 50mm/sec FINE Arc Start[2,7.0,18.5]",
+            "L P[2] 10mm/sec FINE",
+            end,
+        ];
+        let known = listed.execution(10.0);
+        let reading = read(&[program("P", &lines)], &known, &reporter).unwrap();
+        let laid: Vec<_> = reading.toolpath.passes().collect();
+        let stood = laid
+            .iter()
+            .filter(|p| p.head.role.deposits())
+            .find_map(|p| {
+                (0..p.move_count()).find_map(|i| match p.move_at(i) {
+                    Move::Spot { time } => Some((time, p.value(Channel::WireFeed, i))),
+                    _ => None,
+                })
+            });
+        assert_eq!(stood.map(|s| s.0), stands.map(|s| s.0), "{end}");
+        if let (Some((_, Some(feed))), Some((_, asked))) = (stood, stands) {
+            assert!((feed - asked / 0.06).abs() < 1e-9, "{end}: {feed}");
+        }
+        let whys: Vec<_> = reading
+            .gaps
+            .iter()
+            .map(|g| (g.line, g.why.clone()))
+            .collect();
+        let told = match gap {
+            true => vec![(3, Missing::Crater(end.to_owned()))],
+            false => Vec::new(),
+        };
+        assert_eq!(whys, told, "{end}");
+        let noted = |reporter: &Reporter| {
+            let all = reporter.warnings();
+            all.iter().any(|w| w.code == "crater-not-told")
+        };
+        assert_eq!(noted(&reporter), note, "{end}");
+        // where the cell lists nothing, a bare end goes on as it did, and is told
+        if end == "Arc End[7]" {
+            let reporter = Reporter::new();
+            let known = unlisted.execution(10.0);
+            let reading = read(&[program("P", &lines)], &known, &reporter).unwrap();
+            assert!(reading.gaps.is_empty() && noted(&reporter), "{end}");
+        }
     }
 }
 
@@ -137,7 +216,6 @@ fn weaves_are_events_of_the_path_where_it_is_known_what_they_are() {
         ("Weave Sine[5]", None),
         ("Weave Sine[1.0,3.0,0.0,0.0]", None),
         ("Weave Figure 8[4]", None),
-        ("Weave Sine[1000Hz,3.0mm,0.0s,0.0s]", None),
         ("Weave", None),
     ] {
         let reading = bead("Arc Start[1]", &[line], &["Weave End"], &settings);
@@ -156,6 +234,22 @@ fn weaves_are_events_of_the_path_where_it_is_known_what_they_are() {
             }
             None => assert_eq!((whys, events), (vec![Missing::Weave], vec![]), "{line}"),
         }
+    }
+    // numbers that no robot weaves with are told as such
+    for (line, number) in [
+        ("Weave Sine[2.0Hz,300.0mm,0.0s,0.0s]", "300 mm"),
+        ("Weave Sine[0.0Hz,3.0mm,0.0s,0.0s]", "0 Hz"),
+    ] {
+        let reading = bead("Arc Start[1]", &[line], &["Weave End"], &settings);
+        let [gap] = &reading.gaps[..] else {
+            panic!("{:?}", reading.gaps)
+        };
+        let told = gap.why.to_string();
+        assert!(
+            told.contains(number) && told.contains("0.01 to 50 mm"),
+            "{told}"
+        );
+        assert!(!gap.why.remedy().contains("list"), "{line}");
     }
     // travels do not weave
     let off = bead(
