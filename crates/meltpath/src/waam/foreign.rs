@@ -99,7 +99,21 @@ pub fn simulate_program(
     };
     let mut doubts = doubts(job, &commands, settings);
     doubts.extend(doubt::of_corners(program::spoken(&parsed), settings));
-    doubt::undecided(&mut checks, &doubts);
+    let standing = doubt::of_standing_torch(&commands, settings);
+    // where the source feeds by the distance, how much metal it lays is not known either
+    let response = settings.deposit.feed_response;
+    let by_distance = standing
+        .iter()
+        .filter(|_| response.is_some_and(|r| r.slope != 0.0));
+    let of_metal: Vec<Doubt> = doubts
+        .iter()
+        .chain(by_distance.map(|(doubt, _)| doubt))
+        .cloned()
+        .collect();
+    doubt::undecided(&mut checks, &of_metal);
+    if let Some(standing) = standing {
+        doubt::undecided_under_torch(&mut checks, &doubts, standing);
+    }
     if own.is_none() && job.is_some() {
         checks.extend(range_check(programmed(&commands, settings), settings));
     }

@@ -126,6 +126,9 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let turned = reach::turned(along.as_ref(), &commands);
     let leaning: Vec<Doubt> = turned.iter().filter_map(Turned::doubt).collect();
     doubt::undecided(&mut checks, &leaning);
+    if let Some(standing) = doubt::of_standing_torch(&commands, settings) {
+        doubt::undecided_under_torch(&mut checks, &leaning, standing);
+    }
     checks.extend(turned.as_ref().map(|t| t.check(settings)));
     let (written, check) = written(
         &loaded,

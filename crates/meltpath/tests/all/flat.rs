@@ -41,6 +41,32 @@ fn measured(verdict: &Verdict, id: &str) -> Measure {
     fact(verdict, id).value.clone().unwrap()
 }
 
+const TUBE: [&str; 3] = ["ctwd-min", "ctwd-max", "ctwd-known"];
+
+/// Metal grows to the wire under a torch that stands: nothing is said of its distance. A dwell in which less than a pool is fed is one
+/// as others.
+#[test]
+fn nothing_is_said_of_the_contact_tube_over_a_torch_that_stands() {
+    let dir = tempfile::tempdir().unwrap();
+    for (line, end) in [
+        ("WAIT 15.00(sec)", "Arc End[7]"),
+        ("!no wait", "Arc End[7,20.0s]"),
+    ] {
+        let stands = bead(dir.path(), line, end);
+        assert_eq!(check(&stands, "lines").status, Status::Pass);
+        for id in TUBE {
+            let check = check(&stands, id);
+            assert_eq!(check.status, Status::CannotSay, "{line}: {check:?}");
+            says(&check.reason, &["stands for", "layer 1", "mm³"]);
+            assert!(check.place.is_some() && check.remedy.is_some());
+        }
+    }
+    let short = bead(dir.path(), "WAIT 0.50(sec)", "Arc End[7]");
+    for id in TUBE {
+        assert_eq!(check(&short, id).status, Status::Pass, "{id}");
+    }
+}
+
 /// The metal of a crater is laid: 20 s at 8 m/min are 2.7 m of wire more.
 #[test]
 fn a_crater_takes_its_wire() {

@@ -228,6 +228,47 @@ pub(in crate::waam) fn of_torch(commands: &Commands) -> Option<Doubt> {
     })
 }
 
+/// The doubt that a torch leaves which stands with the arc on, where most metal is laid under it, with the place.
+///
+/// Distances of the contact tube are read to the surface that a bead finds, and the feed of the wire was measured so: a pool's metal
+/// under a torch that moves is in what was measured. A torch that stands lays as much again in the time in which its pool's metal is
+/// fed (bead section times pool length); from then on the metal under it is more than any measured bead had there.
+pub(in crate::waam) fn of_standing_torch(
+    commands: &Commands,
+    settings: &Settings,
+) -> Option<(Doubt, Place)> {
+    let (bead, pool) = (&settings.bead_model, &settings.pool);
+    let carried = bead.area * pool.length();
+    let mut worst: Option<(f64, f64, Place)> = None;
+    let (mut at, mut laid, mut stood) = (commands.start.position, 0.0, 0.0);
+    for (i, command) in commands.commands.iter().enumerate() {
+        match (command.kind, command.source) {
+            (Kind::Wait { time }, Source::On { wire_feed }) => {
+                laid += time * wire_feed * bead.wire_section * bead.efficiency;
+                stood += time;
+                if laid > worst.as_ref().map_or(carried, |w| w.0) {
+                    worst = Some((laid, stood, commands.place(i as u32, at)));
+                }
+            }
+            (Kind::Wait { .. }, _) => (laid, stood) = (0.0, 0.0),
+            _ => (at, laid, stood) = (command.target, 0.0, 0.0),
+        }
+    }
+    let (laid, stood, place) = worst?;
+    let [x, y, z] = place.position.unwrap_or_default();
+    let doubt = Doubt {
+        reason: format!(
+            "the torch stands for {stood:.1} s with the arc on (layer {}, at {x:.1}, {y:.1}, {z:.1} mm) and lays {laid:.0} mm³ under itself, more than the {carried:.0} mm³ of a pool: how near the metal comes to the contact tube meanwhile is not simulated",
+            place.layer.unwrap_or(0)
+        ),
+        remedy: format!(
+            "end the arc before it stands, or let it stand for {:.1} s at most",
+            stood * carried / laid
+        ),
+    };
+    Some((doubt, place))
+}
+
 /// The doubt that metal leaves which leans out over all layers below.
 pub(in crate::waam) fn of_lean(lean: &Lean) -> Doubt {
     Doubt {
@@ -315,6 +356,21 @@ pub(in crate::waam) fn undecided(checks: &mut [Check], doubts: &[Doubt]) {
         check.status = Status::CannotSay;
         check.reason = reasons.join("; ");
         check.remedy = Some(first.remedy.clone());
+    }
+}
+
+/// Takes the decision from checks of the contact tube's distance by a torch that stands with the arc on, beside what else is doubted.
+pub(in crate::waam) fn undecided_under_torch(
+    checks: &mut [Check],
+    doubts: &[Doubt],
+    (doubt, place): (Doubt, Place),
+) {
+    let all = [doubts, &[doubt]].concat();
+    for check in checks.iter_mut().filter(|c| c.id.starts_with("ctwd-")) {
+        undecided(std::slice::from_mut(check), &all);
+        if doubts.is_empty() {
+            check.place = Some(place.clone());
+        }
     }
 }
 
