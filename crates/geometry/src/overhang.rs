@@ -37,6 +37,17 @@ pub struct Overhang {
     pub area: f64,
 }
 
+/// How far a slice reaches out over the one below.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Shift {
+    /// Number of the slice, counted from 0; the one below it is `slice - 1`.
+    pub slice: usize,
+    /// How far, mm.
+    pub shift: f64,
+    /// The corner that does.
+    pub place: DVec3,
+}
+
 /// Why overhangs could not be looked for.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum OverhangError {
@@ -123,6 +134,77 @@ pub fn overhangs(
     Ok(found)
 }
 
+/// The farthest that any slice reaches beyond the slice below, whatever is accepted; `None` where none does. The shift is taken at
+/// corners; slices over nothing at all have none, and are told by [`overhangs`].
+///
+/// # Errors
+/// Slices that cannot be compared; cancellation.
+pub fn largest_shift(
+    slices: &[Slice],
+    observer: &dyn Observer,
+) -> Result<Option<Shift>, OverhangError> {
+    let found: Vec<Option<Shift>> = (1..slices.len())
+        .into_par_iter()
+        .map(|k| {
+            observer.check()?;
+            let (below, above) = (&slices[k - 1], &slices[k]);
+            if below.regions.is_empty() || above.regions.is_empty() {
+                return Ok(None);
+            }
+            let pieces = difference(&above.regions, &below.regions)?;
+            let beyond = pieces.iter().filter(|piece| piece.area() >= SLIVER);
+            let corners = beyond.flat_map(|piece| piece.outer.iter().copied());
+            Ok(farthest(&below.regions, corners).map(|(shift, p)| Shift {
+                slice: k,
+                shift,
+                place: above.surface.from_local(p),
+            }))
+        })
+        .collect::<Result<_, OverhangError>>()?;
+    let order = |a: &Shift, b: &Shift| a.shift.total_cmp(&b.shift).then(b.slice.cmp(&a.slice));
+    Ok(found.into_iter().flatten().max_by(order))
+}
+
+/// The point that lies farthest from the boundary of regions, with its distance, mm.
+fn farthest(regions: &[Region], points: impl Iterator<Item = DVec2>) -> Option<(f64, DVec2)> {
+    let rings = regions.iter().flat_map(Region::rings);
+    let edges: Vec<[DVec2; 2]> = rings
+        .flat_map(|ring| {
+            let next = ring.iter().cycle().skip(1);
+            ring.iter().zip(next).map(|(a, b)| [*a, *b])
+        })
+        .collect();
+    let mut near = 0;
+    let mut worst: Option<(f64, DVec2)> = None;
+    for p in points {
+        let most = worst.map_or(f64::NEG_INFINITY, |w| w.0);
+        let mut least = (f64::INFINITY, near);
+        // neighbouring corners have neighbouring edges nearest to them, and most are nearer than the farthest one
+        for k in 0..edges.len() {
+            let i = (near + edges.len() - 1 + k) % edges.len();
+            let d = to_segment(edges[i], p);
+            if d < least.0 {
+                least = (d, i);
+            }
+            if least.0 <= most {
+                break;
+            }
+        }
+        near = least.1;
+        if least.0.is_finite() && least.0 > most {
+            worst = Some((least.0, p));
+        }
+    }
+    worst
+}
+
+/// Distance from a point to a segment.
+fn to_segment([a, b]: [DVec2; 2], p: DVec2) -> f64 {
+    let ab = b - a;
+    let t = nearest_share((p - a).dot(ab), ab.length_squared());
+    p.distance(a + ab * t)
+}
+
 /// Overhanging pieces of one slice over another.
 fn between(
     below: &Slice,
@@ -164,9 +246,7 @@ pub fn distance(regions: &[Region], p: DVec2) -> f64 {
     let mut least = f64::INFINITY;
     for ring in regions.iter().flat_map(Region::rings) {
         for (i, &a) in ring.iter().enumerate() {
-            let ab = ring[(i + 1) % ring.len()] - a;
-            let t = nearest_share((p - a).dot(ab), ab.length_squared());
-            least = least.min(p.distance(a + ab * t));
+            least = least.min(to_segment([a, ring[(i + 1) % ring.len()]], p));
         }
     }
     least

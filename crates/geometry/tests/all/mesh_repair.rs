@@ -6,7 +6,7 @@ use meltpath_geometry::{
     Mesh, Plane,
     diagnosis::{Defect, Diagnosis, DiagnosisOptions, diagnose},
     math::DVec3,
-    overhang::overhangs,
+    overhang::{largest_shift, overhangs},
     repair::{RepairAction, RepairOptions, repair},
     section::{SlicePlan, slice},
     shapes,
@@ -340,6 +340,12 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
         found.iter().all(|o| (o.shift.unwrap() - 1.0).abs() < 0.01),
         "{found:?}"
     );
+    // how far they reach is told at any limit
+    let largest = largest_shift(&slices, &Silent).unwrap().unwrap();
+    assert!((largest.shift - 1.0).abs() < 0.01, "{largest:?}");
+    assert_eq!(largest.place.z, slices[largest.slice].height);
+    let upright: Vec<_> = [0.0, 2.0].map(|_| slices[0].clone()).into();
+    assert_eq!(largest_shift(&upright, &Silent).unwrap(), None);
     assert_eq!(reporter.warnings().len(), 1);
     assert!(overhangs(&slices, -1.0, 0.25, &reporter, &Silent).is_err());
     // a table: the plate starts in the air beyond its foot
@@ -356,6 +362,9 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
     let found = overhangs(&slices, 6.0, FRACTION, &reporter, &Silent).unwrap();
     assert_eq!((found.len(), found[0].slice), (1, 2));
     assert!((found[0].shift.unwrap() - 30.0).abs() < 1e-3);
+    let largest = largest_shift(&slices, &Silent).unwrap().unwrap();
+    assert_eq!(largest.slice, 2);
+    assert!((largest.shift - 30.0).abs() < 1e-3, "{largest:?}");
     // beyond 10 + 1.5 mm, and the round corners of the grown foot
     assert!((found[0].area - 285.0).abs() < 1.0, "{}", found[0].area);
     // an island in the air

@@ -11,7 +11,7 @@ use meltpath_base::{Length, Observer, Origin, Reporter, Resolved};
 use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset};
-use meltpath_geometry::overhang::{Overhang, overhangs};
+use meltpath_geometry::overhang::{Overhang, Shift, largest_shift, overhangs};
 use meltpath_geometry::raster::{Grid, rasterise};
 use meltpath_geometry::section::{LayerSpan, Slice};
 use meltpath_geometry::workpiece::HeightMap;
@@ -42,6 +42,8 @@ pub struct Plan {
     pub coverage: Vec<(u32, Coverage)>,
     /// Where layers hang over the ones below.
     pub overhangs: Vec<Overhang>,
+    /// The farthest that a layer reaches beyond the one below, whatever is accepted.
+    pub shift: Option<Shift>,
     /// Where layers lean out over all below.
     pub lean: Option<Lean>,
     /// Mean layer height: as written or from the growth model, mm.
@@ -94,6 +96,7 @@ pub fn plan(
         observer,
     )?;
     let lean = lean(&regions, settings.bead.width.value)?;
+    let shift = largest_shift(&shapes, observer)?;
     let plans = fill(&torch, &regions, settings, reporter, observer)?;
     let coverage = plans
         .iter()
@@ -121,6 +124,7 @@ pub fn plan(
         coverage,
         overhangs,
         lean,
+        shift,
         height,
         lowered,
     })

@@ -89,6 +89,39 @@ fn a_crater_takes_its_wire() {
     assert_eq!(check(&unknown, "lack").status, Status::CannotSay);
 }
 
+/// A wall that leans by 45 degrees: each layer lies by its height beyond the one below, whether or not that is accepted.
+#[test]
+fn the_largest_shift_is_told_at_any_limit() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut wall = shapes::extrude(&[shapes::plate(40.0, 14.0)], 8.0);
+    for v in &mut wall.vertices {
+        v.y += v.z;
+    }
+    support::part(dir.path(), "wall.stl", &wall);
+    let told = |limit: &str| {
+        let text = format!(
+            "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+             [layers]\nheight = \"1.6 mm\"\n[checks]\noverhang = \"{limit}\"\n[simulation]\ncell = \"1 mm\"\n"
+        );
+        let job = write(dir.path(), "job.toml", text);
+        let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+        check(&outcome.verdict, "overhang").clone()
+    };
+    let (open, tight) = (told("60 %"), told("10 %"));
+    assert_eq!(open.status, Status::Pass, "{open:?}");
+    assert_eq!(tight.status, Status::Fail, "{tight:?}");
+    let [open, tight] = [open, tight].map(|c| {
+        assert!(c.place.unwrap().layer > Some(1));
+        c.value.unwrap().value
+    });
+    assert_eq!(open, tight);
+    // 1.6 mm over a bead of 6 to 8 mm
+    assert!(
+        (100.0 * 1.6 / 8.0..100.0 * 1.7 / 6.0).contains(&open),
+        "{open}"
+    );
+}
+
 /// Positions in centimetres are no positions that were not taught.
 #[test]
 fn another_unit_of_positions_is_told_as_such() {

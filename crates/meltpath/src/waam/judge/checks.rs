@@ -20,31 +20,30 @@ use crate::waam::settings::{Borrowed, Settings};
 /// How far layers hang over.
 pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
     let width = settings.bead.width.value;
-    let worst = plan.overhangs.iter().max_by(|a, b| {
-        a.shift
-            .unwrap_or(f64::MAX)
-            .total_cmp(&b.shift.unwrap_or(f64::MAX))
-    });
-    let share = worst.map_or(0.0, |o| {
-        o.shift.map_or(f64::INFINITY, |s| 100.0 * s / width)
-    });
-    let mut overhang = Check::judge(
+    let unsupported = plan.overhangs.iter().find(|o| o.shift.is_none());
+    let (shift, found) = match (unsupported, plan.shift) {
+        (Some(o), _) => (f64::INFINITY, Some((o.slice, o.place))),
+        (None, Some(s)) => (s.shift, Some((s.slice, s.place))),
+        (None, None) => (0.0, None),
+    };
+    let overhang = Check::judge(
         "overhang",
-        "overhang: shift of a layer over the one below, in bead widths",
-        Measure::exact(share, "%"),
+        "overhang: largest shift of a layer over the one below, in bead widths",
+        Measure::exact(100.0 * shift / width, "%"),
         Limit::AtMost(100.0 * settings.limits.overhang),
     );
-    if let Some(o) = worst {
-        let place = Place {
-            position: Some(o.place.to_array()),
-            layer: Some(o.slice as u32 + 1),
-            ..Place::default()
-        };
-        overhang = overhang.at(place).remedy("turn the part (build_direction), or thicken it below: the height map is not valid where beads hang over");
-        if o.shift.is_none() {
-            overhang.status = Status::Fail;
-            "a piece of the layer has nothing below it".clone_into(&mut overhang.reason);
-        }
+    let Some((slice, place)) = found else {
+        return overhang;
+    };
+    let place = Place {
+        position: Some(place.to_array()),
+        layer: Some(slice as u32 + 1),
+        ..Place::default()
+    };
+    let mut overhang = overhang.at(place).remedy("turn the part (build_direction), or thicken it below: the height map is not valid where beads hang over");
+    if unsupported.is_some() {
+        overhang.status = Status::Fail;
+        "a piece of the layer has nothing below it".clone_into(&mut overhang.reason);
     }
     overhang
 }
