@@ -4,8 +4,8 @@ use std::path::Path;
 
 use meltpath_base::settings::{self, File, Problem};
 use meltpath_base::{Angle, Length, Speed, table};
-use meltpath_data::wires;
-use meltpath_deposition::consumable::{PoolRow, Wire};
+use meltpath_data::{gases, wires};
+use meltpath_deposition::consumable::{Gas, PoolRow, Wire};
 use meltpath_geometry::math::DVec2;
 
 use super::corner::torch;
@@ -26,7 +26,7 @@ table! {
         every: Length where within(0.2, 100.0) => default("5 mm", "the source's");
         /// The wire: a name in `data/wires`, or a TOML file of your own.
         wire: String => none("how much of the wire lies in the beads is not told, and no process map is written");
-        /// The gas, for the process map.
+        /// The gas, for the process map: a name in `data/gases`, or a TOML file of your own.
         gas: String => none("no process map is written");
         /// The transfer mode, for the process map.
         mode: String => none("no process map is written");
@@ -96,7 +96,7 @@ pub struct Scan {
     pub capillary_length: f64,
     /// The wire.
     pub wire: Option<Wire>,
-    /// Gas and mode.
+    /// The gas's identifier, and the mode.
     pub process: Option<[String; 2]>,
     /// Settings of the straight beads.
     pub beads: Vec<Setting>,
@@ -161,10 +161,18 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
             Some(read.map_err(|e| e.at(&file.wire))?)
         }
     };
+    let gas = match &*file.gas {
+        None => None,
+        Some(name) => {
+            let read = DataText::load("gas", name, gases::ALL, folder)
+                .and_then(|text| text.read(Gas::parse));
+            Some(read.map_err(|e| e.at(&file.gas))?)
+        }
+    };
     let ids = [
         wire.as_ref().map_or("", |w: &Wire| w.id.as_str()),
         file.mode.as_deref().unwrap_or_default(),
-        file.gas.as_deref().unwrap_or_default(),
+        gas.as_ref().map_or("", |g: &Gas| g.id.as_str()),
     ];
     let pools = nearest(None, folder, ids, |f| !f.pool.is_empty());
     let pools = pools.map_err(|e| e.at(&file.scan))?;
@@ -198,6 +206,7 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
         every: file.every.0,
         capillary_length: file.capillary_length.0,
         wire,
+<<<<<<< HEAD
         process: match (&*file.gas, &*file.mode) {
             (Some(gas), Some(mode)) => Some([gas.clone(), mode.clone()]),
             _ => None,
@@ -211,5 +220,11 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
         corners,
         pools,
         pools_of,
+=======
+        process: gas
+            .zip(file.mode.value.clone())
+            .map(|(gas, mode)| [gas.id.value, mode]),
+        beads: file.beads.iter().map(setting).collect(),
+>>>>>>> 93d61605 (Write the identifier of a gas of one's own into a measured map)
     })
 }

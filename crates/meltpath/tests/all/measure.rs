@@ -137,6 +137,32 @@ fn beads_of_a_scan_make_a_map_that_predicts_another() {
     assert!((bead.area.value / area - 1.0).abs() < 0.02 && bead.valid);
 }
 
+/// Wire and gas of files of one's own: the map names both by what their files call them, as a job does that reads the map.
+#[test]
+fn a_map_names_a_gas_of_ones_own_by_its_identifier() {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "plate.xyz", scan(&SETTINGS, 1.0));
+    let gas = meltpath_data::gases::M21.text;
+    let own = gas.replace("id = \"m21\"", "id = \"own-82-18\"");
+    assert_ne!(own, gas);
+    write(dir.path(), "my-gas.toml", own);
+    let process = PROCESS.replace("gas = \"m21\"", "gas = \"my-gas.toml\"");
+    let found = measured(dir.path(), &file(dir.path(), &process, Some(1.0))).unwrap();
+    let text = found.map.as_ref().unwrap();
+    says(
+        text,
+        &[
+            "\ngas = \"own-82-18\"\n",
+            "\nid = \"g3si-1.2-cmt-own-82-18-measured\"\n",
+        ],
+    );
+    // a gas that is none is refused as a job refuses it
+    let process = PROCESS.replace("gas = \"m21\"", "gas = \"m22\"");
+    let at = file(dir.path(), &process, Some(1.0));
+    let refused = measure(&at, At(&dir.path().join("other")), &Silent).unwrap_err();
+    says(&refused, &["there is no gas \"m22\"", "m21"]);
+}
+
 /// Where the feed was not measured the beads tell how much more is fed than set; a scan in inches is the same scan.
 #[test]
 fn what_is_fed_more_than_set_is_the_maps_factor() {
