@@ -1,9 +1,9 @@
-//! Electric energy that the source spends per volume of deposit, by configuration.
+//! Electric energy that the source spends per volume of wire fed, by configuration: E_v = U I / (V_f π ∅²/4) (Rouchon 2022, eq. 2.16).
 
 use meltpath_base::settings::{self, Json, Kind, Node, Place, Problem, Problems, Reader, Value};
 use meltpath_base::{choice, table};
 
-/// Energy per volume of deposit, J/mm³.
+/// Energy per volume of the wire that is fed, J/mm³: spatter and fume are in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyPerVolume {
     /// Mean over the beads.
@@ -38,7 +38,7 @@ pub enum EnergyBasis {
 }
 
 table! {
-    /// Electric energy per volume of deposit.
+    /// Electric energy per volume of the wire that is fed: voltage times current over wire feed and section.
     pub struct EnergyFile {
         /// Version of the file's layout.
         schema: u32 where within(1.0, 1.0) => required;

@@ -39,7 +39,7 @@ choice! {
         Gas "gas" => "A shielding gas.",
         Map "map" => "A process map: bead sizes against settings.",
         Pool "pool" => "Weld pools.",
-        Energy "energy" => "Electric energies per volume of deposit.",
+        Energy "energy" => "Electric energies per volume of wire fed.",
         Circuit "circuit" => "The circuit of source, stick-out and arc.",
         Cell "cell" => "A robot cell's controller and programs.",
         Robot "robot" => "A robot with what stands around it.",

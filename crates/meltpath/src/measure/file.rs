@@ -206,11 +206,9 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
         every: file.every.0,
         capillary_length: file.capillary_length.0,
         wire,
-<<<<<<< HEAD
-        process: match (&*file.gas, &*file.mode) {
-            (Some(gas), Some(mode)) => Some([gas.clone(), mode.clone()]),
-            _ => None,
-        },
+        process: gas
+            .zip(file.mode.value.clone())
+            .map(|(gas, mode)| [gas.id.value, mode]),
         beads: file
             .beads
             .iter()
@@ -220,11 +218,5 @@ fn resolve(file: &ScanFile, folder: &Path) -> Result<Scan, Problems> {
         corners,
         pools,
         pools_of,
-=======
-        process: gas
-            .zip(file.mode.value.clone())
-            .map(|(gas, mode)| [gas.id.value, mode]),
-        beads: file.beads.iter().map(setting).collect(),
->>>>>>> 93d61605 (Write the identifier of a gas of one's own into a measured map)
     })
 }

@@ -59,7 +59,7 @@ pub struct Settings {
     pub gas: Gas,
     /// Transfer mode.
     pub mode: String,
-    /// Electric energy per volume of deposit, where it was measured for the mode.
+    /// Electric energy per volume of wire fed, where it was measured for the mode.
     pub energy: Option<EnergyPerVolume>,
     /// The process map.
     pub map: ProcessMap,

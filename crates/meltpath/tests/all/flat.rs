@@ -89,6 +89,36 @@ fn a_crater_takes_its_wire() {
     assert_eq!(check(&unknown, "lack").status, Status::CannotSay);
 }
 
+/// The section of a wire is as uncertain as twice its diameter, and so is all that is counted from its length.
+#[test]
+fn the_wire_is_as_sure_as_its_diameter() {
+    let dir = tempfile::tempdir().unwrap();
+    let shipped = meltpath_data::wires::X90_IG_1_0.text;
+    let squares = |uncertainty: &str| {
+        let wire = shipped.replacen("uncertainty = 0.01", uncertainty, 1);
+        write(dir.path(), "wire.toml", wire);
+        let job = job(dir.path());
+        let text = std::fs::read_to_string(&job).unwrap();
+        let text = text.replace("wire = \"x90-ig-1.0\"", "wire = \"wire.toml\"");
+        std::fs::write(&job, text).unwrap();
+        let verdict = straight(dir.path(), &job, "!no wait", "Arc End[7]");
+        ["wire-mass", "energy"].map(|id| {
+            let told = measured(&verdict, id);
+            (told.sigma.unwrap() / told.value).powi(2)
+        })
+    };
+    // of 1 mm
+    let (sure, unsure) = (squares("uncertainty = 0.0"), squares("uncertainty = 0.05"));
+    for (sure, unsure) in sure.into_iter().zip(unsure) {
+        let more = (unsure - sure).sqrt();
+        assert!((more - 0.1).abs() < 1e-9, "{sure} {unsure}");
+    }
+    // the density, and the feed, which the map is not sure of
+    assert!(sure[0] > (50.0_f64 / 7850.0).powi(2));
+    // 21.6 to 24.7 J/mm³ about 23.1
+    assert!(sure[1] > ((24.7 - 21.6) / 4.0 / 23.1_f64).powi(2));
+}
+
 /// A wall that leans by 45 degrees: each layer lies by its height beyond the one below, whether or not that is accepted.
 #[test]
 fn the_largest_shift_is_told_at_any_limit() {

@@ -7,7 +7,7 @@ use meltpath_robot::cell::Arrangement;
 
 use crate::job::waam::LayerRelease;
 use crate::waam::deposit::simulate::Simulation;
-use crate::waam::judge::checks::wire_mass;
+use crate::waam::judge::checks::wire_used;
 use crate::waam::settings::Settings;
 
 /// m/min per mm/s.
@@ -34,7 +34,7 @@ pub fn operator_sheet(
         },
         |[l, w]| format!("{l:.0} x {w:.0} x {:.0} mm", settings.plate_thickness),
     );
-    let mass = wire_mass(simulation, settings);
+    let mass = wire_used(simulation.deposit.wire, settings).value;
     OperatorSheet {
         settings: vec![
             Setting::new(

@@ -316,12 +316,6 @@ pub(crate) fn build_facts(
     settings: &Settings,
 ) -> Vec<Fact> {
     let s = &simulation.summary;
-    let mass = wire_mass(simulation, settings);
-    let sigma = settings
-        .map
-        .feed_factor
-        .uncertainty
-        .map_or(0.0, |u| mass * u / settings.map.feed_factor.0);
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
     let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
     let mut facts = vec![
@@ -336,7 +330,7 @@ pub(crate) fn build_facts(
         Fact::new(
             "wire-mass",
             "wire used",
-            Measure::new(mass, sigma, "kg"),
+            wire_used(simulation.deposit.wire, settings),
             &format!(
                 "{:.1} m of {}",
                 simulation.deposit.wire / 1000.0,
@@ -394,12 +388,28 @@ fn wire_feed(simulation: &Simulation, commands: &Commands, settings: &Settings) 
     )
 }
 
-/// Mass of the wire used, kg.
-pub(crate) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
-    simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.0
+/// Mass of `wire` mm of wire.
+pub(crate) fn wire_used(wire: f64, settings: &Settings) -> Measure {
+    let density = &settings.wire.density;
+    let mass = wire * settings.wire.section() * 1e-9 * density.0;
+    let sigma = mass * wire_sigma(settings).hypot(relative(density.0, density.uncertainty));
+    Measure::new(mass, sigma, "kg")
 }
 
-/// Electric energy, from the energy per volume measured for the transfer mode.
+/// Standard uncertainty of the volume of wire that is fed, as a share of it: by the wire's section, which goes with the square of its
+/// diameter, and by what the source feeds of what is set.
+fn wire_sigma(settings: &Settings) -> f64 {
+    let (diameter, factor) = (&settings.wire.diameter, &settings.map.feed_factor);
+    let diameter = relative(diameter.0, diameter.uncertainty);
+    (2.0 * diameter).hypot(relative(factor.0, factor.uncertainty))
+}
+
+/// A standard uncertainty as a share of its value; 0 where none is told.
+fn relative(value: f64, uncertainty: Option<f64>) -> f64 {
+    uncertainty.map_or(0.0, |u| u / value)
+}
+
+/// Electric energy, from the energy per volume of wire fed that was measured for the transfer mode.
 fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
     const ID: &str = "energy";
     const TITLE: &str = "electric energy of the arc";
@@ -412,8 +422,12 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
     };
     let volume = simulation.deposit.wire * settings.wire.section();
     let megajoule = |per: f64| per * volume * 1e-6;
-    let (mean, sigma) = (megajoule(per_volume.mean), megajoule(per_volume.sigma));
-    let words = format!("at {} J/mm³ ({})", per_volume.mean, per_volume.source);
+    let mean = megajoule(per_volume.mean);
+    let sigma = megajoule(per_volume.sigma).hypot(mean * wire_sigma(settings));
+    let words = format!(
+        "at {} J/mm³ of wire ({})",
+        per_volume.mean, per_volume.source
+    );
     Fact::new(ID, TITLE, Measure::new(mean, sigma, "MJ"), &words)
 }
 

@@ -32,7 +32,7 @@ pub(in crate::waam) struct Process {
     pub(in crate::waam) gas: Gas,
     /// The process map.
     pub(in crate::waam) map: ProcessMap,
-    /// Electric energy per volume of deposit, where it was measured.
+    /// Electric energy per volume of wire fed, where it was measured.
     pub(in crate::waam) energy: Option<EnergyPerVolume>,
     /// The weld pools.
     pub(in crate::waam) pools: Vec<PoolRow>,

@@ -10,6 +10,7 @@ use meltpath_robot::cell::Arrangement;
 use super::plan::{Ground, SurfacePlan};
 use super::{Asked, onto};
 use crate::waam::drive::lean::{self, Turned};
+use crate::waam::judge::checks::wire_used;
 use crate::waam::settings::Settings;
 
 fn place(at: &Extreme) -> Place {
@@ -189,7 +190,7 @@ pub(super) fn facts(
 ) -> Vec<Fact> {
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
     let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
-    let mass = summary.wire * settings.wire.section() * 1e-9 * settings.wire.density.0;
+    let used = wire_used(summary.wire, settings);
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut facts = vec![
         exact(
@@ -239,7 +240,7 @@ pub(super) fn facts(
         }));
     }
     facts.extend([
-        exact("wire-mass", "wire used", mass, "kg"),
+        Fact::new("wire-mass", "wire used", used, ""),
         minutes("time-arc", "time with arc", summary.arc_time),
         minutes("time-travel", "time of travels", summary.travel_time),
         minutes("time-pause", "time of pauses", summary.pause_time),
