@@ -40,7 +40,7 @@ pub struct Plan {
     pub regions: Vec<Vec<Region>>,
     /// How each layer's regions are covered: (layer from 1, coverage).
     pub coverage: Vec<(u32, Coverage)>,
-    /// Where layers hang over the ones below.
+    /// Where layers hang over the ones below by more than the job accepts.
     pub overhangs: Vec<Overhang>,
     /// The farthest that a layer reaches beyond the one below, whatever is accepted.
     pub shift: Option<Shift>,
@@ -75,6 +75,7 @@ pub fn plan(
         over,
         lowered,
     } = laid_out;
+    tell_count(&layers, part_top + over.value, settings, reporter);
     let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
     let sections = cut(part, part_top, over.value, &middles, reporter, observer)?;
     let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
@@ -95,8 +96,8 @@ pub fn plan(
         reporter,
         observer,
     )?;
-    let lean = lean(&regions, settings.bead.width.value)?;
     let shift = largest_shift(&shapes, observer)?;
+    let lean = lean(&regions, settings.bead.width.value)?;
     let plans = fill(&torch, &regions, settings, reporter, observer)?;
     let coverage = plans
         .iter()
@@ -123,11 +124,31 @@ pub fn plan(
         regions,
         coverage,
         overhangs,
-        lean,
         shift,
+        lean,
         height,
         lowered,
     })
+}
+
+/// Warns where the job counts more layers than the part has up to `top`, mm, metal over it included.
+fn tell_count(layers: &[LayerSpan], top: f64, settings: &Settings, reporter: &Reporter) {
+    let Some(count) = settings.count else {
+        return;
+    };
+    // heights that the job writes are laid as often as it counts, those that grow up to the top alone
+    let needed = layers.iter().filter(|l| l.bottom < top).count();
+    if count as usize > needed {
+        let beyond = match layers.len() - needed {
+            0 => "these are planned".to_owned(),
+            more => format!("{more} are planned beyond its top"),
+        };
+        reporter.warn(
+            "layers-count",
+            format!("layers.count is {count}, and the part has {needed} layers, metal over its top included: {beyond}"),
+            "lower layers.count, or leave it out",
+        );
+    }
 }
 
 pub(super) fn profile(settings: &Settings) -> Profile {

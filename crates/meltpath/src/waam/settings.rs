@@ -11,7 +11,7 @@ pub(crate) mod woven;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
-use meltpath_base::settings::Problem;
+use meltpath_base::settings::{Problem, Setting};
 use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
@@ -193,6 +193,7 @@ pub fn resolve(
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let surface = surface::asked(job, folder, (&bead, step.value), &mut r);
+    check_distance(&job.checks, &machine.ctwd, ctwd)?;
     let limits = limits(&job.checks, ctwd, &mut r);
     models(&cell, &mut r);
     Ok(Settings {
@@ -470,6 +471,24 @@ fn reversal(r: &mut Provenance, table: &FillTable, paces: Option<Paces>) -> f64 
         None => FillSettings::BALANCED_REVERSAL,
     };
     table.reversal.or_computed(r, Ratio(usual)).0
+}
+
+/// Refuses a contact tube that begins at a distance that the checks do not let pass.
+fn check_distance<T>(c: &ChecksTable, key: &Setting<T>, ctwd: f64) -> Result<(), Problem> {
+    if c.ctwd_min.0 < ctwd {
+        return Ok(());
+    }
+    let message = format!(
+        "checks.ctwd_min is {}, and machine.ctwd {}: the first layer is laid no farther than beads may come near",
+        *c.ctwd_min,
+        Length(ctwd)
+    );
+    let problem = if c.ctwd_min.is_written() {
+        c.ctwd_min.problem(message)
+    } else {
+        key.problem(message)
+    };
+    Err(problem.help("lower checks.ctwd_min, or raise machine.ctwd and lay the first layer there"))
 }
 
 fn limits(c: &ChecksTable, ctwd: f64, r: &mut Provenance) -> Limits {

@@ -152,6 +152,33 @@ fn the_largest_shift_is_told_at_any_limit() {
     );
 }
 
+#[test]
+fn more_layers_than_the_part_has_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let tables = "[layers]\ncount = 99\n[simulation]\ncell = \"2 mm\"\n";
+    let job = thin_wall(dir.path(), tables);
+    let verdict = run(&job, NextIn(&dir.path().join("runs")), &Silent)
+        .unwrap()
+        .verdict;
+    let told = verdict.warnings.iter().find(|w| w.code == "layers-count");
+    says(
+        &told.unwrap().message,
+        &["layers.count is 99", "the part has"],
+    );
+}
+
+#[test]
+fn a_contact_tube_that_begins_too_near_is_refused_by_both_names() {
+    let dir = tempfile::tempdir().unwrap();
+    for tables in [
+        "[checks]\nctwd_min = \"15 mm\"\n",
+        "[machine]\nctwd = \"7 mm\"\n",
+    ] {
+        let job = thin_wall(dir.path(), tables);
+        says(&refusal(&job), &["checks.ctwd_min is", "machine.ctwd"]);
+    }
+}
+
 /// Positions in centimetres are no positions that were not taught.
 #[test]
 fn another_unit_of_positions_is_told_as_such() {
