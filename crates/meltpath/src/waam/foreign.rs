@@ -99,21 +99,7 @@ pub fn simulate_program(
     };
     let mut doubts = doubts(job, &commands, settings);
     doubts.extend(doubt::of_corners(program::spoken(&parsed), settings));
-    let standing = doubt::of_standing_torch(&commands, settings);
-    // where the source feeds by the distance, how much metal it lays is not known either
-    let response = settings.deposit.feed_response;
-    let by_distance = standing
-        .iter()
-        .filter(|_| response.is_some_and(|r| r.slope != 0.0));
-    let of_metal: Vec<Doubt> = doubts
-        .iter()
-        .chain(by_distance.map(|(doubt, _)| doubt))
-        .cloned()
-        .collect();
-    doubt::undecided(&mut checks, &of_metal);
-    if let Some(standing) = standing {
-        doubt::undecided_under_torch(&mut checks, &doubts, standing);
-    }
+    leave_undecided(&mut checks, &doubts, &commands, settings);
     if own.is_none() && job.is_some() {
         checks.extend(range_check(programmed(&commands, settings), settings));
     }
@@ -269,6 +255,30 @@ fn foreign_checks(
     checks.extend(tube::travels(laid.passed, &growth));
     checks.extend(borrowed_check(settings));
     Ok(checks)
+}
+
+/// Takes the decision from checks of the metal by what is doubted, and by a torch that stands with the arc on.
+fn leave_undecided(
+    checks: &mut [Check],
+    doubts: &[Doubt],
+    commands: &Commands,
+    settings: &Settings,
+) {
+    let standing = doubt::of_standing_torch(commands, settings);
+    // where the source feeds by the distance, how much metal it lays is not known either
+    let response = settings.deposit.feed_response;
+    let by_distance = standing
+        .iter()
+        .filter(|_| response.is_some_and(|r| r.slope != 0.0));
+    let of_metal: Vec<Doubt> = doubts
+        .iter()
+        .chain(by_distance.map(|(doubt, _)| doubt))
+        .cloned()
+        .collect();
+    doubt::undecided(checks, &of_metal);
+    if let Some(standing) = standing {
+        doubt::undecided_under_torch(checks, doubts, standing);
+    }
 }
 
 /// Everything that keeps the metal from being decided about.

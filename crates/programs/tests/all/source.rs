@@ -89,10 +89,10 @@ fn the_crater_is_filled_as_the_end_of_the_arc_says() {
             .iter()
             .map(|g| (g.line, g.why.clone()))
             .collect();
-        let told = match gap {
-            true => vec![(3, Missing::Crater(end.to_owned()))],
-            false => Vec::new(),
-        };
+        let told: Vec<_> = gap
+            .then(|| (3, Missing::Crater(end.to_owned())))
+            .into_iter()
+            .collect();
         assert_eq!(whys, told, "{end}");
         let noted = |reporter: &Reporter| {
             let all = reporter.warnings();
