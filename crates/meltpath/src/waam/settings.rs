@@ -1,6 +1,7 @@
 //! Every value of a wire-arc job resolved: what was written, the stated defaults, what the process map says.
 
 pub(crate) mod bead;
+mod fill;
 pub mod holder;
 pub(crate) mod machine;
 pub(crate) mod named;
@@ -20,15 +21,13 @@ use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume};
 use meltpath_deposition::process_map::{Bead, ProcessMap, Tried};
 use meltpath_deposition::stepover::fusion_at_risk;
 use meltpath_geometry::math::DVec3;
-use meltpath_planning::{
-    ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
-};
+use meltpath_planning::FillSettings;
 use meltpath_programs::{BuildError, Dialect, check_cell};
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 use meltpath_toolpath::Weave;
 
-use self::bead::{PER_MINUTE, datum, feed_response, with_unit};
+use self::bead::{datum, feed_response, with_unit};
 use self::machine::{Machine, nominal_distance};
 pub use self::process::Borrowed;
 use self::process::Process;
@@ -38,8 +37,7 @@ use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::common::ToolpathForm;
 use crate::job::waam::{
-    BeadTable, ChecksTable, ExternalChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
-    LayerRelease, MachineTable, Spacing, Speeds, Starts, WaamTable,
+    BeadTable, ChecksTable, ExternalChoice, LayerHeights, LayerRelease, MachineTable, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 use holder::Holder;
@@ -184,12 +182,7 @@ pub fn resolve(
     r.value(&job.fill.stepover.name, stepover);
     warn_of_feet(&bead, step.value / width, reporter);
     let controller = controller(&cell);
-    let mut fill = FillSettings::new(width, step.value);
-    let known = map.validity.travel_speed;
-    fill.paces = paces(&mut r, &job.fill, bead.travel_speed, known);
-    fill.reversal = reversal(&mut r, &job.fill, fill.paces);
-    let fill = fill_settings(&mut r, &job.fill, fill);
-    fill.check().map_err(|e| Problem::new(e.to_string()))?;
+    let fill = fill::filled(job, (&bead, step.value), &map, &mut r)?;
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let surface = surface::asked(job, folder, (&bead, step.value), &mut r);
@@ -382,95 +375,10 @@ fn tell_bead(table: &BeadTable, bead: &Bead, map: &str, r: &mut Provenance) {
     r.value("waam.bead.area", with_unit(area, "mm²"));
 }
 
-/// How layers are filled with the bead of `bead`, as the job's table says.
-fn fill_settings(r: &mut Provenance, table: &FillTable, bead: FillSettings) -> FillSettings {
-    let strategy = *table.strategy;
-    let quarter = if strategy == FillStrategy::Raster {
-        0.0
-    } else {
-        std::f64::consts::FRAC_PI_2
-    };
-    let angle = match (*table.angle, *table.turn) {
-        // a raster keeps the direction with the fewest lines; zigzags cross from layer to layer, so that gaps and reversals do
-        // not stack
-        (None, None) if strategy == FillStrategy::Raster => LineAngle::Best,
-        _ => LineAngle::Turning {
-            first: table.angle.or_computed(r, Angle(0.0)).0,
-            step: table.turn.or_computed(r, Angle(quarter)).0,
-        },
-    };
-    let contour_order = match *table.order {
-        Some(FillOrder::OutsideIn) => ContourOrder::OutsideIn,
-        _ => ContourOrder::InsideOut,
-    };
-    let planned = match strategy {
-        FillStrategy::Raster => Strategy::Raster {
-            angle,
-            order: if *table.order == Some(FillOrder::CentreOut) {
-                LineOrder::CentreOut
-            } else {
-                LineOrder::Across
-            },
-            direction: match *table.order {
-                Some(FillOrder::OneWay) => LineDirection::OneWay,
-                Some(FillOrder::AlternateBeads) => LineDirection::AlternatePerBead,
-                _ => LineDirection::AlternatePerLayer,
-            },
-        },
-        FillStrategy::Zigzag => Strategy::Zigzag { angle },
-        FillStrategy::Contour => Strategy::Contour {
-            order: contour_order,
-        },
-        FillStrategy::Spiral => Strategy::Spiral {
-            order: contour_order,
-        },
-        // contours last: between finished contours the last line would pile up
-        FillStrategy::Hybrid => Strategy::Hybrid {
-            contours: *table.contours,
-            order: contour_order,
-            angle,
-        },
-    };
-    FillSettings {
-        strategy: planned,
-        spacing: match *table.spacing {
-            Spacing::Adjust => meltpath_planning::Spacing::Fill,
-            Spacing::Exact => meltpath_planning::Spacing::Exact,
-        },
-        starts: match *table.starts {
-            Starts::Spread => StartPoints::Spread,
-            Starts::Aligned => StartPoints::Aligned,
-        },
-        ..bead
-    }
-}
-
 /// The cell's controller; one that goes round corners unchanged where the cell does not tell.
 fn controller(cell: &Cell) -> Controller {
     let motion = cell.motion.value.clone();
     motion.unwrap_or_else(Controller::without_corners)
-}
-
-/// The speeds that beads may take, about the nominal one, mm/s, within those (m/min) of which the process map knows beads.
-fn paces(r: &mut Provenance, table: &FillTable, nominal: f64, known: (f64, f64)) -> Option<Paces> {
-    let usual = match *table.strategy {
-        FillStrategy::Hybrid | FillStrategy::Zigzag => Speeds::Adapted,
-        FillStrategy::Raster | FillStrategy::Contour | FillStrategy::Spiral => Speeds::Constant,
-    };
-    let known = (known.0 / PER_MINUTE, known.1 / PER_MINUTE);
-    match table.speeds.or_computed(r, usual) {
-        Speeds::Adapted => Some(Paces::about(nominal, known)),
-        Speeds::Constant => None,
-    }
-}
-
-/// Distance from a contour at which a zigzag turns back, stepovers.
-fn reversal(r: &mut Provenance, table: &FillTable, paces: Option<Paces>) -> f64 {
-    let usual = match paces {
-        Some(_) => FillSettings::NEAR_REVERSAL,
-        None => FillSettings::BALANCED_REVERSAL,
-    };
-    table.reversal.or_computed(r, Ratio(usual)).0
 }
 
 /// Refuses a contact tube that begins at a distance that the checks do not let pass.
