@@ -113,7 +113,7 @@ impl History {
             let entry: Entry = serde_json::from_str(line).map_err(|e| wrong(e.to_string()))?;
             if entry.schema == WITHOUT_MODES {
                 return Err(wrong(
-                    "it was analysed by an earlier version, which fitted motors without their modes: its figures do not compare. Begin a new history (--history), and analyse the healthy axis' records anew first".to_owned(),
+                    "it was analysed by an earlier version, which fitted motors without their modes: its figures do not compare. Begin a new history in another folder, and analyse the healthy axis' records anew first".to_owned(),
                 ));
             }
             if entry.schema != SCHEMA {

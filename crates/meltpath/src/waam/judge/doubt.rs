@@ -89,7 +89,7 @@ pub(in crate::waam) fn of_bead(settings: &Settings) -> Option<Doubt> {
 
 /// The doubt that cells leave which are coarse beside the bead.
 pub(in crate::waam) fn of_cells(settings: &Settings) -> Option<Doubt> {
-    const CELLS: f64 = 6.0;
+    const CELLS: f64 = 5.0;
     let (cell, width) = (settings.cell_size, settings.bead.width.value);
     (CELLS * cell > width).then(|| Doubt {
         reason: format!("cells of {cell} mm are coarse beside beads {width:.1} mm wide"),
