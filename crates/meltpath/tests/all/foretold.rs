@@ -232,7 +232,7 @@ fn plain_shapes_come_out_as_the_book_says() {
         // it leans: nothing is decided
         (
             "outward cone",
-            "lack excess stock height flatness accumulation ctwd-min ctwd-max ctwd-known",
+            "lack excess stock height flatness accumulation ctwd-min ctwd-max ctwd-known travels",
         ),
         ("post", "excess stock height ctwd-min ctwd-known"),
         (

@@ -158,7 +158,7 @@ fn templates_pass_their_own_verdict() {
         // it leans: nothing is decided
         (
             "vase",
-            "lack excess stock height flatness accumulation ctwd-min ctwd-max ctwd-known",
+            "lack excess stock height flatness accumulation ctwd-min ctwd-max ctwd-known travels",
         ),
     ];
     let known = known.map(|(shape, hindered)| (shape, hindered.to_owned()));
