@@ -3,7 +3,7 @@
 //! The response may hold anything a frequency response can (exact delays, smoothers, measured points), so margins are
 //! found on a grid and refined between its points.
 
-use meltpath_numerics::halving;
+use meltpath_numerics::{golden, halving};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -98,6 +98,9 @@ pub fn bandwidth(response: impl Fn(f64) -> Complex64, grid: &[f64]) -> Option<f6
     Some(cross(|w| response(w).norm() - limit, grid[k - 1], grid[k]))
 }
 
+/// Narrowings about a minimum on the grid: to 1e-9 of where it lies.
+const TIMES: u32 = 44;
+
 /// The lowest value of a positive function on a grid, refined by golden section about each local minimum.
 pub fn lowest(f: impl Fn(f64) -> f64, grid: &[f64]) -> MarginAt {
     let values: Vec<f64> = grid.iter().map(|&w| f(w)).collect();
@@ -111,7 +114,8 @@ pub fn lowest(f: impl Fn(f64) -> f64, grid: &[f64]) -> MarginAt {
         if values[k] > values[left] || values[k] > values[right] {
             continue;
         }
-        let found = golden(&f, grid[left], grid[right]);
+        let [omega, value] = golden::least([grid[left], grid[right]], TIMES, &f);
+        let found = MarginAt { value, omega };
         for candidate in [
             found,
             MarginAt {
@@ -125,30 +129,6 @@ pub fn lowest(f: impl Fn(f64) -> f64, grid: &[f64]) -> MarginAt {
         }
     }
     best
-}
-
-fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> MarginAt {
-    const RATIO: f64 = 0.618_033_988_749_894_9;
-    let (mut x0, mut x1) = (high - RATIO * (high - low), low + RATIO * (high - low));
-    let (mut f0, mut f1) = (f(x0), f(x1));
-    while high - low > 1e-9 * high.abs() {
-        if f0 < f1 {
-            high = x1;
-            (x1, f1) = (x0, f0);
-            x0 = high - RATIO * (high - low);
-            f0 = f(x0);
-        } else {
-            low = x0;
-            (x0, f0) = (x1, f1);
-            x1 = low + RATIO * (high - low);
-            f1 = f(x1);
-        }
-    }
-    let omega = 0.5 * (low + high);
-    MarginAt {
-        value: f(omega),
-        omega,
-    }
 }
 
 /// Where a function that changes sign between two points is zero.

@@ -1,9 +1,10 @@
 //! Numbers that several rooms need: dense matrices and what is computed of them, linear and nonlinear least squares, seeded
-//! random numbers, search by a swarm, moving averages, halving.
+//! random numbers, search by a swarm, moving averages, halving, golden section.
 //!
 //! Units are the caller's. The same bits come out on every machine and on any number of threads.
 
 pub mod dense;
+pub mod golden;
 pub mod halving;
 pub mod least_squares;
 mod matrix;

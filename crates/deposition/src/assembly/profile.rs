@@ -1,5 +1,6 @@
 //! The profile of a cross-section: heights at even steps, from one edge of the beads to the other.
 
+use meltpath_numerics::golden;
 use serde::{Deserialize, Serialize};
 
 /// Heights over the plate at even steps across the beads, linear between them; mm.
@@ -64,18 +65,9 @@ impl Profile {
     ///
     /// The span of heights is a convex function of the slope of the lines: a golden-section search finds its least value.
     pub fn flatness(&self, from: f64, to: f64) -> f64 {
-        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
         let distance = |slope: f64| span(self.within(from, to), slope) / slope.hypot(1.0);
-        let (mut lo, mut hi) = (-1.0, 1.0);
-        for _ in 0..60 {
-            let (a, b) = (hi - ratio * (hi - lo), lo + ratio * (hi - lo));
-            if distance(a) < distance(b) {
-                hi = b;
-            } else {
-                lo = a;
-            }
-        }
-        distance(0.5 * (lo + hi))
+        let [_, least] = golden::least([-1.0, 1.0], 60, distance);
+        least
     }
 }
 

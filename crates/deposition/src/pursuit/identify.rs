@@ -2,6 +2,7 @@
 //! Source: Rouchon 2022, §3.3.2, eq. 3.5.
 
 use meltpath_geometry::math::DVec2;
+use meltpath_numerics::golden;
 use meltpath_numerics::least_squares::Regression;
 
 use super::{PursuitMode, pursuit_curve};
@@ -249,22 +250,7 @@ impl Search<'_> {
         if best == 0 || best == TRIED {
             return Err(NoLength::Bound(at(best)));
         }
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let [mut a, mut b] = [at(best - 1), at(best + 1)];
-        let [mut c, mut d] = [b - golden * (b - a), a + golden * (b - a)];
-        let [mut at_c, mut at_d] = [cost(c), cost(d)];
-        for _ in 0..STEPS {
-            if at_c < at_d {
-                (b, d, at_d) = (d, c, at_c);
-                c = b - golden * (b - a);
-                at_c = cost(c);
-            } else {
-                (a, c, at_c) = (c, d, at_d);
-                d = a + golden * (b - a);
-                at_d = cost(d);
-            }
-        }
-        let length = 0.5 * (a + b);
+        let [length, _] = golden::least([at(best - 1), at(best + 1)], STEPS, cost);
         Ok((length, self.squares(crest, length, from, far).1))
     }
 
