@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::settings::{self, Json, Kind, Node, Place, Problem, Reader, Value};
 use meltpath_base::{Current, Length, Speed, Time, quantity, table};
-use meltpath_data::{electric, process_maps, wires};
-use meltpath_deposition::consumable::Wire;
+use meltpath_data::{electric, gases, process_maps, wires};
+use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::electric::file::CircuitFile;
 use meltpath_deposition::feed_response::FeedBand;
 use meltpath_deposition::process_map::MapFile;
@@ -25,7 +25,7 @@ table! {
     pub struct RecordsFile {
         /// The wire: a name in `data/wires`, or a TOML file of your own.
         wire: String => required;
-        /// The gas, for the table of energies.
+        /// The gas, for the table of energies: a name in `data/gases`, or a TOML file of your own.
         gas: String => none("no energy.toml is written");
         /// The transfer mode, for the table of energies.
         mode: String => none("no energy.toml is written");
@@ -143,6 +143,8 @@ pub struct Records {
     pub file: RecordsFile,
     /// The wire.
     pub wire: Wire,
+    /// The gas's identifier.
+    pub gas: Option<String>,
     /// The process map that takes what is found, with its text.
     pub map: Option<(MapFile, String)>,
     /// The constants of source, stick-out and arc.
@@ -221,6 +223,16 @@ fn resolve(file: RecordsFile, folder: &Path) -> Result<Records, Problems> {
             text.read(Wire::parse)
         })
         .map_err(|e| e.at(&file.wire))?;
+    let gas = match &*file.gas {
+        None => None,
+        Some(name) => {
+            let read = DataText::load("gas", name, gases::ALL, folder).and_then(|text| {
+                noted(&text);
+                text.read(Gas::parse)
+            });
+            Some(read.map_err(|e| e.at(&file.gas))?.id.value)
+        }
+    };
     let map = match &*file.map {
         None => None,
         Some(name) => {
@@ -232,13 +244,14 @@ fn resolve(file: RecordsFile, folder: &Path) -> Result<Records, Problems> {
         }
     };
     if let Some((map, _)) = &map {
-        fits(&file, &wire, map)?;
+        fits(&file, (&wire, gas.as_deref()), map)?;
     }
-    let circuit = circuit(&file, &wire, folder, &mut noted)?;
+    let circuit = circuit(&file, (&wire, gas.as_deref()), folder, &mut noted)?;
     let settings = file.records.iter().map(|r| setting(&file, r)).collect();
     Ok(Records {
         file,
         wire,
+        gas,
         map,
         circuit,
         settings,
@@ -247,15 +260,16 @@ fn resolve(file: RecordsFile, folder: &Path) -> Result<Records, Problems> {
 }
 
 /// Refuses a map of another wire, gas or mode.
-fn fits(file: &RecordsFile, wire: &Wire, map: &MapFile) -> Result<(), Problems> {
+fn fits(
+    file: &RecordsFile,
+    (wire, gas): (&Wire, Option<&str>),
+    map: &MapFile,
+) -> Result<(), Problems> {
     let other = |what: &str, own: &str, its: &str| {
         let message = format!("the map is of the {what} \"{its}\", the records of \"{own}\"");
         (own != its).then(|| file.map.problem(message))
     };
-    let gas = file
-        .gas
-        .as_ref()
-        .and_then(|gas| other("gas", gas, &map.gas));
+    let gas = gas.and_then(|gas| other("gas", gas, &map.gas));
     let mode = file.mode.as_ref();
     let mode = mode.and_then(|mode| other("mode", mode, &map.mode));
     let wrong = [other("wire", &wire.id, &map.wire), gas, mode];
@@ -270,7 +284,7 @@ fn fits(file: &RecordsFile, wire: &Wire, map: &MapFile) -> Result<(), Problems> 
 /// The constants that are named, or those of the wire, mode and gas.
 fn circuit(
     file: &RecordsFile,
-    wire: &Wire,
+    (wire, gas): (&Wire, Option<&str>),
     folder: &Path,
     noted: &mut impl FnMut(&DataText),
 ) -> Result<Option<CircuitFile>, Problems> {
@@ -278,7 +292,7 @@ fn circuit(
         let read = DataText::load("circuit", name, electric::ALL, folder);
         Some(read.map_err(|e| e.at(&file.circuit))?)
     } else {
-        let id = match (&*file.gas, &*file.mode) {
+        let id = match (gas, &*file.mode) {
             (Some(gas), Some(mode)) => format!("{}-{mode}-{gas}", *wire.id),
             _ => String::new(),
         };

@@ -159,7 +159,7 @@ pub(super) fn energy(
     checks: &[Check],
 ) -> Written {
     let no = |why: &str| Err(format!("no table of energies is written: {why}"));
-    let (Some(gas), Some(mode)) = (&*records.file.gas, &*records.file.mode) else {
+    let (Some(gas), Some(mode)) = (&records.gas, &*records.file.mode) else {
         return no("the file does not tell gas and mode");
     };
     if records.file.columns.feed.is_none() {

@@ -8,6 +8,7 @@ use meltpath::chain;
 use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath::records::{Found, RecordsError, is_of_records, records};
 use meltpath_base::{Silent, Status};
+use meltpath_data::{find, gases};
 use meltpath_deposition::energy::EnergyFile;
 use meltpath_numerics::random::Random;
 
@@ -213,6 +214,27 @@ fn other_wall(distances: &[f64]) -> Vec<Bead> {
 
 const OTHER: &str =
     "wire = \"er70s-6-0.9\"\ngas = \"m21\"\nmode = \"cmt\"\nmap = \"er70s-6-0.9-cmt-m21\"\n";
+
+/// Files hold a gas by its identifier, as jobs compare it; what is no gas is refused.
+#[test]
+fn a_gas_of_ones_own_is_told_by_its_identifier() {
+    let dir = tempfile::tempdir().unwrap();
+    let gas = find(gases::ALL, "m21").unwrap().text;
+    write(
+        dir.path(),
+        "bottle.toml",
+        gas.replace("id = \"m21\"", "id = \"ours\""),
+    );
+    let records = |gas: &str| {
+        let head = format!("wire = \"er70s-6-0.9\"\ngas = \"{gas}\"\nmode = \"cmt\"\n");
+        let file = file(dir.path(), &head, 6.0, &other_wall(&[15.0]));
+        found(dir.path(), &file)
+    };
+    let energy = EnergyFile::parse(&records("bottle.toml").unwrap().energy.unwrap()).unwrap();
+    assert!(energy.of("er70s-6-0.9", "cmt", "ours").is_some());
+    let error = records("steam").unwrap_err().to_string();
+    says(&error, &["steam", "m21"]);
+}
 
 /// What was found is taken by a job as it is: its feed is known at each distance, and its energy is told.
 #[test]

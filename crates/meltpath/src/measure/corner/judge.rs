@@ -2,6 +2,8 @@
 
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 
+use meltpath_deposition::corner::REACH;
+
 use super::super::found::MeasuredCorner;
 
 /// How far the legs may turn from what is told, degrees: a programmed angle is held better, the middles of legs show it to half a degree.
@@ -135,7 +137,6 @@ pub(crate) fn checks(corners: &[MeasuredCorner], metal: [f64; 2]) -> Vec<Check> 
     checks.extend(length.map(|mut check| {
         if check.status == Status::Fail {
             check.status = Status::CannotSay;
-            check.remedy = Some("scan a sharper corner, or more closely: blunt ones hardly show how far the bead stays behind".to_owned());
         }
         check
     }));
@@ -155,7 +156,7 @@ pub(crate) fn checks(corners: &[MeasuredCorner], metal: [f64; 2]) -> Vec<Check> 
 fn metal_checks(corners: &[MeasuredCorner], [least, most]: [f64; 2]) -> Vec<Check> {
     let kept = |c: &MeasuredCorner| {
         let wire = c.balance.wire.unwrap_or(f64::NAN);
-        let of_area = c.scatter.0 / (c.scatter.1 as f64).sqrt() * 40.0;
+        let of_area = c.scatter.0 / (c.scatter.1 as f64).sqrt() * 2.0 * REACH;
         [100.0 * c.balance.measured / wire, 100.0 * of_area / wire]
     };
     let titles = [
