@@ -84,6 +84,10 @@ pub fn beads_and_corners(points: &[DVec3], plate: &Plate, look: Look) -> Found {
             Some(Ok(corner)) => {
                 found.corners.push(Corner {
                     place: plate.global(corner.at.extend(0.0)),
+                    ends: [0, 1].map(|k| {
+                        let leg = &corner.legs[k];
+                        plate.global((corner.at + leg.length * leg.outwards).extend(0.0))
+                    }),
                     ..corner
                 });
                 continue;

@@ -136,6 +136,7 @@ pub(super) fn of(corner: &Corner, told: CornerSetting, scan: &Scan) -> MeasuredC
     MeasuredCorner {
         shown_by_model,
         place: corner.place,
+        ends: order.map(|k| corner.ends[k]),
         seen: corner.turn(),
         legs,
         mean,

@@ -64,6 +64,8 @@ impl Measured {
 pub struct MeasuredCorner {
     /// Where its legs meet, in the frame of the cloud.
     pub place: DVec3,
+    /// The ends of its legs, in the frame of the cloud, in the order of travel.
+    pub ends: [DVec3; 2],
     /// What the file tells.
     pub told: CornerSetting,
     /// How far its legs turn, rad, not signed.

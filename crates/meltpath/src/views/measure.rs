@@ -102,7 +102,9 @@ fn plan(found: &Found) -> Plot {
         plot = plot.line(format!("bead {}", k + 1), line);
     }
     for (k, corner) in found.corners.iter().enumerate() {
-        plot = plot.dots(format!("corner {}", k + 1), vec![corner.place.truncate()]);
+        let [from, to] = corner.ends;
+        let path = [from, corner.place, to].map(DVec3::truncate).to_vec();
+        plot = plot.line(format!("corner {}", k + 1), path);
     }
     plot
 }

@@ -56,7 +56,9 @@ pub struct Leg {
 pub struct Corner {
     /// Where the middles of its legs meet, in the frame of the cloud.
     pub place: DVec3,
-    /// The same on the plate.
+    /// The ends of its legs, in the frame of the cloud.
+    pub ends: [DVec3; 2],
+    /// Where they meet, on the plate.
     pub at: DVec2,
     /// Its legs: a torch that comes along the first turns left into the second.
     pub legs: [Leg; 2],
@@ -270,7 +272,7 @@ impl Legs {
     }
 }
 
-/// The bead of a cluster, which is higher than `look.near`, and of the points `on` the plate. `place` is left to the caller.
+/// The bead of a cluster, which is higher than `look.near`, and of the points `on` the plate. `place` and `ends` are left to the caller.
 pub(super) fn corner(cluster: &[DVec3], on: &[DVec3], look: Look) -> Result<Corner, String> {
     let rough = ridge::crest(cluster, WINDOW.0, HIGH);
     if rough.len() < 40 {
@@ -321,6 +323,7 @@ pub(super) fn corner(cluster: &[DVec3], on: &[DVec3], look: Look) -> Result<Corn
     let [first, second] = sections;
     let mut found = Corner {
         place: DVec3::ZERO,
+        ends: [DVec3::ZERO; 2],
         at,
         legs: [(0, first), (1, second)].map(|(k, sections)| Leg {
             outwards: outwards[k],

@@ -283,15 +283,21 @@ pub(super) fn lines(found: &Found) -> Vec<String> {
     let mut lines: Vec<String> = corners
         .map(|(k, c)| {
             let length = match &c.pursuit {
-                Ok(p) => format!("pursuit length {} mm, crest {:.2} mm off its curve", with_uncertainty(p.length, p.sigma), p.off),
+                Ok(p) => format!(
+                    "pursuit length {} mm, crest {:.2} mm off its curve",
+                    with_uncertainty(p.length, p.sigma),
+                    p.off
+                ),
                 Err(why) => why.to_string(),
             };
+            let more = c.balance.accumulation();
             format!(
-                "corner {}, {:.0}°: {length}; {:.0} mm³ within 20 mm, {:+.1} mm³ more than the target",
+                "corner {}, {:.0}°: {length}; {:.0} mm³ within 20 mm, {:.1} mm³ {} than the target",
                 k + 1,
                 degrees(c),
                 c.balance.measured,
-                c.balance.accumulation()
+                more.abs(),
+                if more < 0.0 { "less" } else { "more" },
             )
         })
         .collect();
