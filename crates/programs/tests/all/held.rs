@@ -257,8 +257,12 @@ type Played = (Vec<(DVec3, Option<Holds>)>, Vec<Gap>, String);
 
 /// The programs of a KUKA's files as they are executed.
 fn krl(source: &str, list: &str) -> Played {
+    krl_file(&format!("DEF S( )\n{source}\nEND\n"), list)
+}
+
+/// Those of a source file with all of its programs.
+fn krl_file(source: &str, list: &str) -> Played {
     let list = format!("DEFDAT S\n{list}\nENDDAT\n");
-    let source = format!("DEF S( )\n{source}\nEND\n");
     let parsed = dialect::read(
         Dialect::Krl,
         source.as_bytes(),
@@ -383,16 +387,8 @@ fn a_kuka_that_changes_in_the_middle_is_told() {
 #[test]
 fn a_kuka_that_sets_it_in_another_program_is_told() {
     let (_, list) = three();
-    let list = format!("DEFDAT S\n{list}\nENDDAT\n");
     let source = format!("DEF S( )\n{FRAMES}$IPO_MODE=#TCP\nSUB( )\nEND\nDEF SUB( )\n{BEAD}END\n");
-    let parsed = dialect::read(
-        Dialect::Krl,
-        source.as_bytes(),
-        Some(list.as_bytes()),
-        &cell(),
-    );
-    let programs: Vec<Program> = parsed.unwrap().into_iter().map(|p| p.program).collect();
-    let (_, gaps, _) = played(&programs);
+    let (_, gaps, _) = krl_file(&source, &list);
     assert!(
         gaps.iter()
             .all(|g| g.why == Missing::HoldsUnsaid(Holds::Torch))
