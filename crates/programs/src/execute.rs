@@ -9,6 +9,7 @@ mod crater;
 mod effect;
 mod expression;
 mod flow;
+mod frames;
 mod gap;
 mod held;
 mod instructions;
@@ -25,7 +26,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
 use expression::Memory;
-pub use gap::{Gap, Missing, NoPose};
+pub use gap::{Gap, Missing, NoPose, Open};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
@@ -111,6 +112,8 @@ pub(crate) struct Execution {
     pub weaves: Vec<Weave>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
     pub gaps: Vec<Gap>,
+    /// Travels that are left out, as it is not known where they lead.
+    pub left_out: Vec<Gap>,
 }
 
 /// The source while the arc burns, as far as it is known.
@@ -234,6 +237,7 @@ pub(crate) fn execution_order(
         executed: Vec::new(),
         told: BTreeMap::new(),
         gaps: Vec::new(),
+        left_out: Vec::new(),
         seen: BTreeSet::new(),
         count: 0,
         most: Machine::most(programs),
@@ -244,6 +248,7 @@ pub(crate) fn execution_order(
     }
     machine.run(0, Vec::new())?;
     machine.close_arcs();
+    machine.into_frames_of_beads();
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
     }
@@ -253,6 +258,7 @@ pub(crate) fn execution_order(
         steps: machine.executed,
         weaves: machine.weaves,
         gaps: machine.gaps,
+        left_out: machine.left_out,
     })
 }
 
@@ -314,6 +320,7 @@ struct Machine<'a> {
     /// What is not executed, by its first word.
     told: BTreeMap<(&'static str, String), Told>,
     gaps: Vec<Gap>,
+    left_out: Vec<Gap>,
     /// Lines and reasons that are among the gaps.
     seen: BTreeSet<((usize, usize), String)>,
     /// Instructions executed, and the most that are.
@@ -370,17 +377,29 @@ impl Machine<'_> {
 
     /// Remembers a line that shapes metal and is not simulated.
     fn gap(&mut self, why: Missing) {
-        let program = &self.programs[self.at.0];
-        let line = program.line_of(self.at.1 as u32 + 1);
-        if !self.seen.insert((self.at, why.to_string())) {
-            return;
+        if self.seen.insert((self.at, why.to_string())) {
+            let gap = self.here_is(why);
+            self.gaps.push(gap);
         }
-        self.gaps.push(Gap {
+    }
+
+    /// Remembers a travel that is left out.
+    fn leaves_out(&mut self, why: Missing) {
+        if self.seen.insert((self.at, why.to_string())) {
+            let travel = self.here_is(why);
+            self.left_out.push(travel);
+        }
+    }
+
+    /// What is missing at the line being executed.
+    fn here_is(&self, why: Missing) -> Gap {
+        let program = &self.programs[self.at.0];
+        Gap {
             program: program.name.clone(),
-            line,
+            line: program.line_of(self.at.1 as u32 + 1),
             text: text_of(program, self.at.1),
             why,
-        });
+        }
     }
 
     fn tell(&self, reporter: &Reporter) {

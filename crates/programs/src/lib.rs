@@ -38,7 +38,9 @@ pub use build::{
     laid_from, tell,
 };
 pub use cell::{CellProgramming, PathSpeedUnit};
-pub use execute::{ExecutionSettings, Gap, Missing, NoPose, ProgramError, Refusal, WeldSettings};
+pub use execute::{
+    ExecutionSettings, Gap, Missing, NoPose, Open, ProgramError, Refusal, WeldSettings,
+};
 pub use parsed::{ParseError, Parsed, Unread};
 pub use program::{ArcValue, Dialect, Program};
 pub use reading::{Control, Reading, Way, read_toolpath};

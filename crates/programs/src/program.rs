@@ -546,7 +546,7 @@ pub(crate) const USER_FRAME: &str = "WOBJ";
 
 impl Program {
     /// Names of user and tool frame by their numbers, which are the program's own: those of its header, else the numbers.
-    pub(crate) fn frame_names(&self, (frame, tool): (u32, u32)) -> [String; 2] {
+    pub fn frame_names(&self, (frame, tool): (u32, u32)) -> [String; 2] {
         [(USER_FRAME, frame), (TOOL, tool)].map(|(what, number)| {
             let name = self.attribute(&format!("{what} {number}"));
             name.map_or_else(|| number.to_string(), str::to_lowercase)

@@ -31,6 +31,10 @@ pub struct Reading {
     pub controls: Vec<Control>,
     /// Program and instruction of the position at which the first pass begins.
     pub start_line: (u32, u32),
+    /// User and tool frame of that position.
+    pub start_frames: (u32, u32),
+    /// Travels that are left out, as it is not known where they lead.
+    pub left_out: Vec<Gap>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
     pub gaps: Vec<Gap>,
 }
@@ -90,6 +94,8 @@ pub fn read_toolpath(
         toolpath,
         controls: Vec::with_capacity(steps.len()),
         start_line: (0, 0),
+        start_frames: (0, 0),
+        left_out: execution.left_out,
         gaps: execution.gaps,
     };
     let first = steps.iter().position(|s| matches!(s, Executed::Motion(_)));
@@ -97,6 +103,7 @@ pub fn read_toolpath(
         return Ok(reading);
     };
     reading.start_line = (start.program, start.line);
+    reading.start_frames = start.frames;
     let layers = layers(&steps, start.target.position.z);
     let mut writer = Writer {
         reading: &mut reading,

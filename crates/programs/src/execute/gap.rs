@@ -139,6 +139,19 @@ pub enum Missing {
     Unknown(String),
 }
 
+/// What of an arm's motion a line leaves open that was not simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Open {
+    /// Nothing: it is about the source.
+    Nothing,
+    /// How fast beads are driven, or which moves are beads.
+    Speeds,
+    /// Moves beside those that were followed, or how their corners go.
+    Moves,
+    /// Where every move goes: frames, tool, axes, or anything else.
+    Places,
+}
+
 /// Why it is not known where a position lies of which no coordinates are told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoPose {
@@ -179,6 +192,44 @@ impl NoPose {
 }
 
 impl Missing {
+    /// What it leaves open of the arm's motion.
+    pub fn open(&self) -> Open {
+        match self {
+            Missing::Schedule(_)
+            | Missing::Crater(_)
+            | Missing::WaitWithArc
+            | Missing::Output(_) => Open::Nothing,
+            Missing::Profile(_)
+            | Missing::ArcOff
+            | Missing::ArcLeftOn
+            | Missing::ArcLines(_)
+            | Missing::ArcOutput(_)
+            | Missing::Speed(_)
+            | Missing::SlowJoints(_)
+            | Missing::Acceleration(_) => Open::Speeds,
+            Missing::Weave
+            | Missing::WeaveBeyond(_)
+            | Missing::Position(_)
+            | Missing::JointPosition(..)
+            | Missing::Offset(_)
+            | Missing::OnTheWay(_)
+            | Missing::Termination(_)
+            | Missing::Blend => Open::Moves,
+            Missing::Positioner(_)
+            | Missing::ExternalAxes
+            | Missing::Coordinated
+            | Missing::Frames(..)
+            | Missing::HeldOtherwise { .. }
+            | Missing::Holds(_)
+            | Missing::HoldsUnsaid(_)
+            | Missing::Call(_)
+            | Missing::MayEnd(_)
+            | Missing::Setting(_)
+            | Missing::Word(_)
+            | Missing::Unknown(_) => Open::Places,
+        }
+    }
+
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {

@@ -49,6 +49,7 @@ impl Machine<'_> {
                 self.gap(Missing::HeldOtherwise { here, beads });
             } else if here != beads {
                 self.note("held-otherwise", here.to_string());
+                self.leaves_out(Missing::HeldOtherwise { here, beads });
             }
         }
         self.executed.retain(

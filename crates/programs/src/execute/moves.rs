@@ -125,8 +125,11 @@ impl Machine<'_> {
             return;
         }
         let names = self.programs[now.0].frame_names(frames);
-        let (first, _) = self.bead_frames.get_or_insert_with(|| (names.clone(), now));
-        if *first != names {
+        let (first, at) = self
+            .bead_frames
+            .get_or_insert_with(|| (names.clone(), now))
+            .clone();
+        if first != names && !(first[1] == names[1] && self.lie_known([at, now])) {
             let [frame, tool] = names;
             self.gap(Missing::Frames(frame, tool));
         }
@@ -440,6 +443,7 @@ impl Machine<'_> {
                 if motion.kind == MotionKind::Joint && motion.arc.is_none() =>
             {
                 self.note("joint-position-skipped", format!("{name} {why}"));
+                self.leaves_out(Missing::JointPosition(name, why));
             }
             Some(why) => self.gap(why),
             // its words are told already

@@ -77,7 +77,7 @@ impl Refusal {
             Refusal::Unpaired => "pair IF … THEN with ENDIF, FOR with ENDFOR, WHILE with ENDWHILE",
             Refusal::Label(_) => "correct the jump or add the label",
             Refusal::NoFrame(_) => {
-                "set UFRAME_NUM and UTOOL_NUM before the first move; of a KUKA $BASE and $TOOL"
+                "select both before the first move: of a FANUC UFRAME_NUM and UTOOL_NUM; of a KUKA $BASE and $TOOL, as BASE_DATA[n] and TOOL_DATA[n] or written out in numbers with X, Y, Z, A, B, C"
             }
             Refusal::OtherFrame { .. } => "select the frame the position was taught in",
             Refusal::Far(_) => "correct its coordinates, in mm",

@@ -3,12 +3,15 @@
 //! Where the torch stands (`$IPO_MODE=#TCP`) a position is the part's frame (`$TOOL`) in that of the torch (`$BASE`): the inverse of the torch in the
 //! part, which programs hold here.
 
+use std::collections::BTreeMap;
+
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
 use crate::held::Holds;
 use crate::orientation::pose;
 use crate::program::{Axis, Coordinates, Position};
+use crate::said_frames::{SaidFrames, WRITTEN_OUT, written_out};
 use crate::scan::tidy;
 use crate::written::fixed;
 
@@ -91,6 +94,40 @@ pub(super) fn text_of(fields: &[(String, Field)], name: &str) -> Option<String> 
 pub(super) fn number_of(fields: &[(String, Field)], name: &str) -> Option<f64> {
     let value: f64 = text_of(fields, name)?.parse().ok()?;
     value.is_finite().then_some(value)
+}
+
+/// Which frame a line selects.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lies {
+    Base,
+    Tool,
+}
+
+impl Lies {
+    /// The number of a frame that is written out: `{X 700,Y 300,Z 100,A 0,B 0,C 0}`, `$NULLFRAME`, and of bases `$WORLD`, which is taken to
+    /// lie at the arm's base.
+    pub(super) fn written_out(self, said: &mut SaidFrames, value: &str) -> Option<u32> {
+        let world = self == Lies::Base && value.eq_ignore_ascii_case("$WORLD");
+        let at = if world || value.eq_ignore_ascii_case("$NULLFRAME") {
+            Pose::IDENTITY
+        } else {
+            let all = fields(value)?;
+            let [x, y, z, a, b, c] =
+                ["X", "Y", "Z", "A", "B", "C"].map(|name| number_of(&all, name));
+            pose(DVec3::new(x?, y?, z?), [c?, b?, a?])
+        };
+        let known = match self {
+            Lies::Base => &mut said.user,
+            Lies::Tool => &mut said.tool,
+        };
+        Some(written_out(known, at))
+    }
+}
+
+/// A frame that a program writes out, as it does so; nothing of one that the controller numbers.
+pub(super) fn said_as(said: &BTreeMap<u32, Pose>, number: u32) -> Option<String> {
+    let pose = said.get(&number).filter(|_| number >= WRITTEN_OUT)?;
+    Some(frame(pose))
 }
 
 /// What a position's aggregate says: a pose where it has X, Y, Z, A, B, C, joints where it has A1 to A6.

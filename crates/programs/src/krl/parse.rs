@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use meltpath_toolpath::Weave;
 
 use super::arc::{Form, WeldData};
-use super::data::{coordinates, turned_round};
+use super::data::{Lies, coordinates, turned_round};
 use super::list::{List, capital, holds, list};
 use super::words::WeaveAmplitude;
 use super::{COUPLED, coupled};
@@ -262,14 +262,19 @@ impl Routine {
         if let Some(value) = assigned(line, "$BASE") {
             let (machine, number) = match coupled_base(value) {
                 Some((machine, number)) => (Some(machine), number),
-                None => (None, entry(value, "BASE_DATA")?),
+                None => (
+                    None,
+                    entry(value, "BASE_DATA").or_else(|| self.written_out(value, Lies::Base))?,
+                ),
             };
             self.couple(machine)?;
             self.frame(number);
             return Some(());
         }
         if let Some(value) = assigned(line, "$TOOL") {
-            self.tool(entry(value, "TOOL_DATA")?);
+            let number = entry(value, "TOOL_DATA");
+            let number = number.or_else(|| self.written_out(value, Lies::Tool))?;
+            self.tool(number);
             return Some(());
         }
         if let Some(value) = assigned(line, "$IPO_MODE") {
@@ -324,6 +329,12 @@ impl Routine {
             _ => return None,
         }
         Some(())
+    }
+
+    /// The number of a frame that is written out.
+    fn written_out(&mut self, value: &str, lies: Lies) -> Option<u32> {
+        let said = &mut self.out.program.said_frames;
+        lies.written_out(said, value)
     }
 
     fn velocity(&mut self, value: &str) {

@@ -139,11 +139,19 @@ impl Writer<'_> {
                 Some(machine) => self.out.line(&format!(
                     "$BASE=EK(MACHINE_DEF[{machine}].ROOT,MACHINE_DEF[{machine}].MECH_TYPE,BASE_DATA[{n}])"
                 )),
-                None => self.out.line(&format!("$BASE=BASE_DATA[{n}]")),
+                None => {
+                    let said = data::said_as(&self.out.program.said_frames.user, *n);
+                    let value = said.unwrap_or_else(|| format!("BASE_DATA[{n}]"));
+                    self.out.line(&format!("$BASE={value}"));
+                }
             },
             Instruction::Holds(Holds::Part) => self.out.line("$IPO_MODE=#TCP"),
             Instruction::Holds(_) => self.out.line("$IPO_MODE=#BASE"),
-            Instruction::ToolFrame(n) => self.out.line(&format!("$TOOL=TOOL_DATA[{n}]")),
+            Instruction::ToolFrame(n) => {
+                let said = data::said_as(&self.out.program.said_frames.tool, *n);
+                let value = said.unwrap_or_else(|| format!("TOOL_DATA[{n}]"));
+                self.out.line(&format!("$TOOL={value}"));
+            }
             Instruction::Call { program, arguments } => {
                 self.out.line(&format!("{program}({arguments})"));
             }

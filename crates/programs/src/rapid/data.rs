@@ -1,5 +1,7 @@
 //! Data of modules: nested lists, targets, speeds, zones, weld data, from text and to text.
 
+use std::collections::BTreeMap;
+
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Weave, WeaveShape};
@@ -7,7 +9,7 @@ use meltpath_toolpath::{Weave, WeaveShape};
 use crate::held::Held;
 use crate::orientation::{pose, quaternion_of, wpr_of_quaternion};
 use crate::program::{Axis, Coordinates};
-use crate::scan::arguments;
+use crate::scan::{arguments, finite, strip_word};
 use crate::weave::told;
 use crate::written::{fixed, short};
 
@@ -63,6 +65,20 @@ impl Value {
         }
     }
 
+    /// The same with sums of constants in the places of their words.
+    pub(super) fn with(self, known: &BTreeMap<String, f64>) -> Value {
+        match self {
+            Value::Word(word) => match sum(&word, known) {
+                Some(number) => Value::Number(number),
+                None => Value::Word(word),
+            },
+            Value::List(all) => {
+                Value::List(all.into_iter().map(|value| value.with(known)).collect())
+            }
+            Value::Number(number) => Value::Number(number),
+        }
+    }
+
     fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
         let all: Option<Vec<f64>> = self.list()?.iter().map(Value::number).collect();
         all?.try_into().ok()
@@ -91,6 +107,69 @@ fn frame(value: &Value) -> Option<Pose> {
     };
     let at = DVec3::from_array(trans.numbers()?);
     Some(pose(at, wpr_of_quaternion(rot.numbers()?)?))
+}
+
+/// Whether the places of a `tooldata` or a `wobjdata` are plain numbers.
+pub(super) fn says_places(value: &Value) -> bool {
+    let places = match value.list() {
+        Some([_, at, _]) => [at, at],
+        Some([_, _, _, user, object]) => [user, object],
+        _ => return false,
+    };
+    places.into_iter().all(|at| frame(at).is_some())
+}
+
+/// Takes in `CONST num name:=1.5`.
+pub(super) fn constant(known: &mut BTreeMap<String, f64>, text: &str) {
+    let rest = strip_word(text, "LOCAL").unwrap_or(text).trim_start();
+    let (constant, rest) = match strip_word(rest, "CONST") {
+        Some(rest) => (true, rest),
+        None => (false, strip_word(rest, "VAR").unwrap_or(rest)),
+    };
+    let Some((name, text)) = strip_word(rest.trim_start(), "num").and_then(|r| r.split_once(":="))
+    else {
+        return;
+    };
+    let name = name.trim().to_ascii_lowercase();
+    match sum(text, known).filter(|_| constant) {
+        Some(number) => drop(known.insert(name, number)),
+        // a variable of that name hides the constant
+        None => drop(known.remove(&name)),
+    }
+}
+
+/// The value of `a+2.5-b` of numbers and known constants.
+fn sum(text: &str, known: &BTreeMap<String, f64>) -> Option<f64> {
+    let mut rest = text.trim();
+    let (mut total, mut first) = (0.0, true);
+    while first || !rest.is_empty() {
+        let mut sign = 1.0;
+        let signs = rest.len() - rest.trim_start_matches(['+', '-', ' ']).len();
+        if signs == 0 && !first {
+            return None;
+        }
+        for c in rest[..signs].chars().filter(|c| *c == '-') {
+            let _ = c;
+            sign = -sign;
+        }
+        rest = &rest[signs..];
+        let exponent = |i: usize| {
+            let before = rest.get(..i).unwrap_or_default();
+            before.ends_with(['e', 'E'])
+                && before.starts_with(|c: char| c.is_ascii_digit() || c == '.')
+        };
+        let end = rest
+            .char_indices()
+            .find(|(i, c)| matches!(c, '+' | '-') && !exponent(*i))
+            .map_or(rest.len(), |(i, _)| i);
+        let (term, after) = rest.split_at(end);
+        let term = term.trim();
+        let number =
+            finite(term).filter(|_| term.starts_with(|c: char| c.is_ascii_digit() || c == '.'));
+        total += sign * number.or_else(|| known.get(&term.to_ascii_lowercase()).copied())?;
+        (rest, first) = (after, false);
+    }
+    Some(total)
 }
 
 fn is(value: &Value, word: &str) -> bool {

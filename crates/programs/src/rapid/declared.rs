@@ -6,11 +6,12 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
 use super::data::{self, Lies, WeldData, Zigzag};
+use super::statements::Statement;
 use crate::collected::scaled;
 use crate::held::{Held, Holds};
 use crate::orientation::pose;
 use crate::program::Coordinates;
-use crate::scan::{arguments, finite, identifier, strip_word};
+use crate::scan::{arguments, finite, identifier, strip_word, tidy};
 
 /// The data that a module declares.
 #[derive(Default)]
@@ -22,6 +23,10 @@ pub(super) struct Declared {
     pub(super) zigzags: BTreeMap<String, Zigzag>,
     tools: BTreeMap<String, Lies>,
     objects: BTreeMap<String, Lies>,
+    /// Constant numbers.
+    pub(super) numbers: BTreeMap<String, f64>,
+    /// Tools and objects whose places are no plain numbers: line and text of their declarations.
+    pub(super) unread: BTreeMap<String, (u32, String)>,
 }
 
 impl Declared {
@@ -52,7 +57,8 @@ impl Declared {
 }
 
 /// Takes in a declaration: whether it is kept verbatim; nothing where the statement is none.
-pub(super) fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
+pub(super) fn declared(known: &mut Declared, s: &Statement, values: usize) -> Option<bool> {
+    let text = s.text.as_str();
     let rest = strip_word(text, "LOCAL")
         .or_else(|| strip_word(text, "TASK"))
         .unwrap_or(text)
@@ -64,8 +70,13 @@ pub(super) fn declared(known: &mut Declared, text: &str, values: usize) -> Optio
     let (kind, rest) = rest.split_once(char::is_whitespace)?;
     let (name, text) = rest.split_once(":=").unwrap_or((rest, ""));
     let name = name.trim().to_ascii_lowercase();
-    let value = data::value(text);
+    let value = data::value(text).map(|value| value.with(&known.numbers));
     let value = value.as_ref();
+    let framed = value.is_some_and(data::says_places);
+    if matches!(kind.to_ascii_lowercase().as_str(), "tooldata" | "wobjdata") && !framed {
+        let told = (s.line, tidy(&s.text));
+        known.unread.insert(name.clone(), told);
+    }
     let read = match kind.to_ascii_lowercase().as_str() {
         "robtarget" => put(&mut known.targets, name, value.and_then(data::target)),
         "jointtarget" => put(&mut known.targets, name, value.and_then(data::joints)),

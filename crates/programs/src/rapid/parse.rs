@@ -36,9 +36,12 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
         skipped: None,
         done: Vec::new(),
     };
+    for s in &all {
+        data::constant(&mut known.numbers, &s.text);
+    }
     let kept: Vec<bool> = all
         .iter()
-        .map(|s| declared(&mut known, &s.text, values) == Some(true))
+        .map(|s| declared(&mut known, s, values) == Some(true))
         .collect();
     for (s, kept) in all.iter().zip(kept) {
         if kept && reader.open.is_none() && reader.skipped.is_none() {
@@ -253,6 +256,12 @@ impl Routine {
             .extend(of_its.and_then(|l| Some((of_tool, l.at?))));
         said.user
             .extend(of_part.and_then(|l| Some((of_object, l.at?))));
+        for name in [tool, object] {
+            let unread = known.unread.get(&name.to_ascii_lowercase());
+            if let Some(told) = unread.filter(|told| !said.unread.contains(told)) {
+                said.unread.push(told.clone());
+            }
+        }
         (Some(of_object), Some(of_tool))
     }
 
@@ -346,7 +355,8 @@ impl Routine {
         let mut extra = Vec::new();
         let mut next = || {
             let (head, switches) = all.next()?;
-            let told = ["WObj", "SeamName", "Weave", "Track"];
+            // without offsets of external axes, which a line of its own would set
+            let told = ["WObj", "SeamName", "Weave", "Track", "NoEOffs"];
             let rest = switches
                 .iter()
                 .filter(|s| told.iter().all(|t| strip_prefix(s, t).is_none()));

@@ -285,7 +285,7 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
     let error = read(&[nowhere], &ExecutionSettings::default(), &Reporter::new());
     let text = error.unwrap_err().to_string();
     assert!(
-        text.contains("P, line 2") && text.contains("set UFRAME_NUM"),
+        text.contains("P, line 2") && text.contains("of a FANUC UFRAME_NUM"),
         "{text}"
     );
 }

@@ -8,6 +8,7 @@ mod daily;
 mod dialects;
 mod flank;
 mod foreign;
+mod frames;
 mod held;
 mod logic;
 mod others;

@@ -159,7 +159,7 @@ fn a_program_says_where_its_frames_lie() {
         let data = data.map(str::as_bytes);
         let parsed = dialect::read(dialect, text.as_bytes(), data, cell).unwrap();
         let program = parsed.into_iter().next().unwrap().program;
-        let SaidFrames { user, tool } = program.said_frames;
+        let SaidFrames { user, tool, .. } = program.said_frames;
         let shown = |all: BTreeMap<u32, Pose>| -> Vec<String> {
             all.values().map(|pose| shown(dialect, pose)).collect()
         };

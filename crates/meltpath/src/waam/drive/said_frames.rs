@@ -32,6 +32,13 @@ enum Frame {
     WireTip,
 }
 
+/// Under which number a program says it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Said {
+    User(u32),
+    Tool(u32),
+}
+
 /// The part frames and tools of programs that lie elsewhere than in the robot's file, of those that moves are made in.
 pub(in crate::waam) fn elsewhere(
     programs: &[Program],
@@ -44,22 +51,30 @@ pub(in crate::waam) fn elsewhere(
     if let Some(otherwise) = held_otherwise(programs, controls, cell) {
         return vec![otherwise];
     }
-    let used: BTreeSet<(u32, Frame, u32)> = controls
+    // where its torch stands a KUKA's base is the torch, and its tool the part
+    let turned = |program: u32| {
+        let program = programs.get(program as usize);
+        holds(cell) == Holds::Part && program.is_some_and(|p| p.dialect == Dialect::Krl)
+    };
+    let used: BTreeSet<(u32, Frame, Said)> = controls
         .iter()
         .filter(|c| c.holds.is_none_or(Holds::is_sound))
         .flat_map(|c| {
-            let (frame, tool) = c.frames;
+            let (part, tip) = match (turned(c.program), c.frames) {
+                (true, (frame, tool)) => (Said::Tool(tool), Said::User(frame)),
+                (false, (frame, tool)) => (Said::User(frame), Said::Tool(tool)),
+            };
             [
-                (c.program, Frame::Part, frame),
-                (c.program, Frame::WireTip, tool),
+                (c.program, Frame::Part, part),
+                (c.program, Frame::WireTip, tip),
             ]
         })
         .collect();
-    let differs = |(program, frame, number): (u32, Frame, u32)| {
+    let differs = |(program, frame, said): (u32, Frame, Said)| {
         let program = programs.get(program as usize)?;
-        let said = match frame {
-            Frame::Part => program.said_frames.user.get(&number),
-            Frame::WireTip => program.said_frames.tool.get(&number),
+        let said = match said {
+            Said::User(number) => program.said_frames.user.get(&number),
+            Said::Tool(number) => program.said_frames.tool.get(&number),
         }?;
         let known = counts_as(cell.maker, program.dialect);
         let checked = checked(frame, cell, settings).filter(|_| known)?;

@@ -1,0 +1,155 @@
+//! Where programs say that their frames lie: in numbers, in sums of constants, written out where they are selected, or not readably.
+
+use meltpath_base::Reporter;
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::program::Instruction;
+use meltpath_programs::{Dialect, Program, Reading, dialect, read_toolpath};
+
+use crate::dialects::cell;
+use crate::told::motions;
+
+fn read(dialect: Dialect, text: &str, data: Option<&str>) -> Program {
+    let data = data.map(str::as_bytes);
+    let parsed = dialect::read(dialect, text.as_bytes(), data, &cell(&[100.0])).unwrap();
+    parsed.into_iter().next().unwrap().program
+}
+
+fn run(program: &Program) -> Reading {
+    let settings = cell(&[100.0]).execution(10.0);
+    let programs = std::slice::from_ref(program);
+    read_toolpath(programs, &settings, 1000.0, &Reporter::new()).unwrap()
+}
+
+fn module(data: &str, lines: &str) -> Program {
+    let text = format!("MODULE m\n{data}\nPROC main()\n{lines}\nENDPROC\nENDMODULE\n");
+    read(Dialect::Rapid, &text, None)
+}
+
+const HOME: &str = "[[0,0,50],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tGun;";
+
+#[test]
+fn the_place_of_a_tool_may_be_a_sum_of_constants() {
+    let tool = |of: &str, x: &str| {
+        let data = format!(
+            "{of};\nPERS tooldata tGun:=[TRUE,[[{x},0,342],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
+        );
+        module(&data, &format!("MoveJ {HOME}")).said_frames
+    };
+    for (x, wanted) in [
+        ("off+-19.5", -16.5),
+        ("-off", -3.0),
+        ("1.5E1 - off", 12.0),
+        ("2e-1+off+1", 4.2),
+    ] {
+        let said = tool("CONST num off:=3", x);
+        let at = said.tool.values().next().unwrap().position.x;
+        assert!((at - wanted).abs() < 1e-12, "{x}: {at}");
+        assert_eq!(said.unread, []);
+    }
+    for (of, x) in [
+        ("PERS num off:=3", "off+1"),
+        ("CONST num off:=3", "2*off"),
+        ("CONST num off:=3", "other"),
+    ] {
+        let said = tool(of, x);
+        assert!(said.tool.is_empty());
+        let (line, text) = said.unread.first().unwrap();
+        assert_eq!(*line, 3);
+        assert!(text.starts_with("PERS tooldata tGun"), "{text}");
+    }
+}
+
+/// An object that a unit moves says its places in numbers, though they are not where it stands.
+#[test]
+fn an_object_on_a_unit_is_read() {
+    let data =
+        "PERS wobjdata wMoved:=[FALSE,FALSE,\"STN1\",[[500,0,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];";
+    let line = format!("MoveJ {}", HOME.replace(';', "\\WObj:=wMoved;"));
+    assert_eq!(module(data, &line).said_frames.unread, []);
+}
+
+#[test]
+fn moves_in_objects_that_are_told_in_numbers_are_in_one_frame() {
+    let data = "PERS tooldata tGun:=[TRUE,[[0,0,300],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];
+PERS wobjdata wA:=[FALSE,TRUE,\"\",[[500,0,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+PERS wobjdata wB:=[FALSE,TRUE,\"\",[[500,40,100],[0.7071067812,0,0,0.7071067812]],[[0,0,0],[1,0,0,0]]];
+PERS wobjdata wC:=[FALSE,TRUE,\"\",[[off,40,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+CONST robtarget p1:=[[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+CONST robtarget p2:=[[30,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+PERS welddata wd1:=[10,0,[4,8,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];";
+    let beads = |object: &str| {
+        let lines = format!(
+            "MoveJ [[700,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;
+ArcLStart p1,v20,sm1,wd1,fine,tGun\\WObj:=wA;
+ArcLEnd p2,v10,sm1,wd1,fine,tGun\\WObj:=wA;
+ArcLStart p1,v20,sm1,wd1,fine,tGun\\WObj:={object};
+ArcLEnd p2,v10,sm1,wd1,fine,tGun\\WObj:={object};"
+        );
+        run(&module(data, &lines))
+    };
+    let reading = beads("wB");
+    assert_eq!(reading.gaps, []);
+    // the flange at home 700, 0, 900 of the base, the wire's tip 300 mm below
+    let start = reading.toolpath.passes().next().unwrap().points[0];
+    assert!(
+        start.distance(DVec3::new(200.0, 0.0, 500.0)) < 1e-6,
+        "{start}"
+    );
+    let to: Vec<DVec3> = motions(&reading).iter().map(|m| m.to).collect();
+    let wanted = [[0.0, 0.0], [30.0, 0.0], [0.0, 40.0], [0.0, 70.0]];
+    for (to, [x, y]) in to.iter().zip(wanted) {
+        assert!(to.distance(DVec3::new(x, y, 0.0)) < 1e-6, "{to}");
+    }
+    let other = beads("wC");
+    assert!(
+        other.gaps[0].why.to_string().contains("in user frame wc"),
+        "{:?}",
+        other.gaps
+    );
+}
+
+/// A joint target without offsets of external axes is one as it stands.
+#[test]
+fn a_joint_target_without_offsets_is_not_kept_as_an_unknown_word() {
+    let data = "CONST jointtarget j1:=[[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";
+    let program = module(data, "MoveAbsJ j1\\NoEOffs,v100,fine,tGun;");
+    let Some(Instruction::Motion(motion)) = program.instructions.first() else {
+        panic!("{:?}", program.instructions)
+    };
+    assert_eq!(motion.extra, Vec::<String>::new());
+}
+
+#[test]
+fn bases_and_tools_of_a_kuka_may_be_written_out() {
+    let lines = |base: &str, tool: &str| {
+        let text = format!(
+            "DEF K( )\n$BASE={base}\n$TOOL={tool}\nPTP {{X 1,Y 0,Z 5,A 0,B 0,C 180}}\nEND\n"
+        );
+        read(Dialect::Krl, &text, None)
+    };
+    let program = lines(
+        "{X 700,Y 300,Z 100,A 90,B 0,C 0}",
+        "{FRAME: X 0,Y 0,Z 500,A 0,B 0,C 0}",
+    );
+    let said = &program.said_frames;
+    let (base, tool) = (
+        said.user.values().next().unwrap(),
+        said.tool.values().next().unwrap(),
+    );
+    assert_eq!(base.position, DVec3::new(700.0, 300.0, 100.0));
+    let x = base.orientation * DVec3::X;
+    assert!(x.distance(DVec3::Y) < 1e-12, "{x}");
+    assert_eq!(tool.position, DVec3::new(0.0, 0.0, 500.0));
+    assert_eq!(run(&program).gaps, []);
+    let own = lines("$WORLD", "$NULLFRAME").said_frames;
+    assert_eq!(own.user.values().next().unwrap().position, DVec3::ZERO);
+    assert_eq!(own.tool.values().next().unwrap().position, DVec3::ZERO);
+    // what is not whole is kept, and the refusal says what is read
+    let part = lines("{X 700}", "$NULLFRAME");
+    let settings = cell(&[100.0]).execution(10.0);
+    let refused = read_toolpath(&[part], &settings, 1000.0, &Reporter::new()).unwrap_err();
+    assert!(
+        refused.to_string().contains("written out in numbers"),
+        "{refused}"
+    );
+}
