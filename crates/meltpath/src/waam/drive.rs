@@ -22,4 +22,5 @@ pub(crate) mod site;
 pub(crate) mod solids;
 pub(crate) mod times;
 pub(crate) mod travels;
+pub(crate) mod unsure;
 mod way;

@@ -29,6 +29,7 @@ use crate::waam::deposit::tube;
 use crate::waam::drive::reach;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::travels;
+use crate::waam::drive::unsure;
 use crate::waam::judge::checks::{
     borrowed_check, build_facts, fixed_torch_check, programmed, range_check,
 };
@@ -97,9 +98,7 @@ pub fn simulate_program(
         }
         _ => foreign_checks(&laid, part.as_ref(), settings, (&reporter, observer))?,
     };
-    let mut doubts = doubts(job, &commands, settings);
-    doubts.extend(doubt::of_corners(program::spoken(&parsed), settings));
-    leave_undecided(&mut checks, &doubts, &commands, settings);
+    decide(&mut checks, (job, &parsed), &commands, settings);
     if own.is_none() && job.is_some() {
         checks.extend(range_check(programmed(&commands, settings), settings));
     }
@@ -257,6 +256,24 @@ fn foreign_checks(
     Ok(checks)
 }
 
+/// Takes the decision from checks of the metal where there are doubts.
+fn decide(
+    checks: &mut [Check],
+    (job, parsed): (Option<&Path>, &[Program]),
+    commands: &Commands,
+    settings: &Settings,
+) {
+    let own_frame = of_own_frame(commands);
+    for check in checks.iter_mut() {
+        if OF_THE_PART.contains(&check.id.as_str()) {
+            doubt::undecided(std::slice::from_mut(check), &own_frame);
+        }
+    }
+    let mut doubts = doubts(job, commands, settings);
+    doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
+    leave_undecided(checks, &doubts, commands, settings);
+}
+
 /// Takes the decision from checks of the metal by what is doubted, and by a torch that stands with the arc on.
 fn leave_undecided(
     checks: &mut [Check],
@@ -279,6 +296,18 @@ fn leave_undecided(
     if let Some(standing) = standing {
         doubt::undecided_under_torch(checks, doubts, standing);
     }
+}
+
+/// Checks that hold metal against the part.
+const OF_THE_PART: [&str; 3] = ["lack", "excess", "stock"];
+
+/// Where a part lies in the robot's own frame the program does not say.
+fn of_own_frame(commands: &Commands) -> Vec<Doubt> {
+    let doubt = commands.in_own_frame.then(|| Doubt {
+        reason: "beads are told in the robot's own frame, not in that of the part: where the part lies in it is not known".to_owned(),
+        remedy: unsure::OWN_FRAME.to_owned(),
+    });
+    doubt.into_iter().collect()
 }
 
 /// Everything that keeps the metal from being decided about.

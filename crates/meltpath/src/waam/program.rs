@@ -37,6 +37,7 @@ use crate::job::waam::LayerRelease;
 use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::division::Division;
 use crate::waam::drive::said_frames::{Elsewhere, elsewhere};
+use crate::waam::drive::unsure::{self, Unsure};
 use crate::waam::program::wanted::{Asked, Torch};
 
 /// Why there is no program, or why it cannot be run.
@@ -335,6 +336,10 @@ pub struct Commands {
     pub driven: Option<Driven>,
     /// Where the program says that part and torch lie, if that is elsewhere than in the robot's file.
     pub(in crate::waam) elsewhere: Vec<Elsewhere>,
+    /// What else leaves open where the arm goes.
+    pub(in crate::waam) unsure: Vec<Unsure>,
+    /// Beads are told in the robot's own frame, and the cell file's is another.
+    pub(in crate::waam) in_own_frame: bool,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
@@ -417,6 +422,13 @@ pub fn commands(
     known.by_joints = by_joints::poses(programs, &known, settings);
     let joint_speed = settings.controller.joint_speed.value.0;
     let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
+    let external = external(&reading.toolpath, settings);
+    let mut unsure = unsure::of(programs, &reading, settings, reporter);
+    if external.is_none() {
+        unsure.extend(unsure::of_axes(programs, &reading, settings));
+    }
+    let own_frame = *settings.cell.program.user_frame == 0;
+    let in_own_frame = !own_frame && unsure::in_own_frame(programs, &reading);
     let toolpath = &reading.toolpath;
     let arc_length = toolpath.deposited_length();
     let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
@@ -461,7 +473,7 @@ pub fn commands(
         line_of_command,
         start_line: reading.start_line,
         turns: turns(toolpath, known.slides),
-        external: external(toolpath, settings),
+        external,
         weaves: reading.toolpath.weaves,
         clearance: None,
         over: Vec::new(),
@@ -471,6 +483,8 @@ pub fn commands(
         joint_moves: Vec::new(),
         driven: None,
         elsewhere: elsewhere(programs, &reading.controls, settings),
+        unsure,
+        in_own_frame,
         arc_length,
         gaps: reading.gaps,
     })

@@ -42,6 +42,7 @@ mod surface;
 mod templates;
 mod toolpath_3mf;
 mod tune;
+mod unsure;
 mod verdicts;
 mod walls;
 mod woven;

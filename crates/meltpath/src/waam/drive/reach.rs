@@ -25,6 +25,7 @@ use crate::waam::drive::lean::Turned;
 use crate::waam::drive::positions::{Positions, named, stance, written_stance};
 use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
+use crate::waam::drive::unsure;
 use crate::waam::drive::way::task;
 use crate::waam::program::{self, Commands};
 use crate::waam::settings::Settings;
@@ -216,7 +217,10 @@ pub(in crate::waam) fn checks(
         .chain(track(along, moves, cell))
         .collect(),
     };
-    let undecided = |check| said_frames::undecided(check, &moves.elsewhere);
+    let undecided = |check| {
+        let check = said_frames::undecided(check, &moves.elsewhere);
+        unsure::undecided(check, &moves.gaps, &moves.unsure)
+    };
     checks.into_iter().map(undecided).collect()
 }
 
