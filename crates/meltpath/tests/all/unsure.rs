@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::dialects::job_for;
 use crate::reach::measured;
-use crate::support::{check, says, thin_wall, warned, write};
+use crate::support::{check, refusal, says, thin_wall, warned, write};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Silent, Status, Verdict};
@@ -202,4 +202,24 @@ fn an_arm_of_other_controllers_is_not_decided_about_either() {
             says(&check.reason, &[told]);
         }
     }
+}
+
+/// A zero that was written in rad and meant in degrees.
+#[test]
+fn a_zero_of_many_turns_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path(), cells::ARCMATE_120IC.text);
+    let file = dir.path().join("robot.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let (head, rest) = text.split_once("[joints]").unwrap();
+    let rest: Vec<&str> = rest.lines().filter(|l| !l.starts_with("zero")).collect();
+    let zero = "zero = [\"0 deg\", \"0 deg\", \"90 rad\", \"0 deg\", \"0 deg\", \"0 deg\"]";
+    write(
+        dir.path(),
+        "robot.toml",
+        format!("{head}[joints]\n{zero}{}", rest.join("\n")),
+    );
+    let refused = refusal(&job);
+    says(&refused, &["joint 3", "14.3 turns"]);
+    assert!(refused.contains("\"90 deg\""), "{refused}");
 }

@@ -114,6 +114,7 @@ fn arm(
 ) -> Option<Arm> {
     let limits = limits(joints, problems);
     problems.extend(sound::turns(joints, &limits));
+    problems.extend(sound::zeros(joints));
     problems.extend(sound::lengths(table));
     let signs = joints.directions.map(|d| d.map(sign));
     if table.kind.value != ArmKind::SphericalWrist {

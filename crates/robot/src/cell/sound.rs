@@ -60,6 +60,22 @@ pub(super) fn turns(joints: &JointsTable, limits: &[Limits; 6]) -> Vec<Problem> 
     .collect()
 }
 
+/// Zeros that are farther off than a whole turn.
+pub(super) fn zeros(joints: &JointsTable) -> Option<Problem> {
+    let all = (*joints.zero)?;
+    let (i, far) = all.iter().enumerate().find(|(_, z)| z.0.abs() > TAU)?;
+    let message = format!(
+        "the zero of joint {} lies {:.1} turns off: no controller shows zero beyond a whole turn",
+        i + 1,
+        far.0 / TAU
+    );
+    let help = format!(
+        "are degrees meant, and rad written? Then \"{:.0} deg\"",
+        far.0
+    );
+    Some(joints.zero.problem(message).help(help))
+}
+
 /// Links that are longer than any arm's.
 pub(super) fn lengths(arm: &ArmTable) -> Vec<Problem> {
     let links = [
