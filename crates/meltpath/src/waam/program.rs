@@ -59,6 +59,16 @@ pub enum ProgramStageError {
         /// Why.
         source: Box<ProgramStageError>,
     },
+    /// Programs of the cell's own dialect, which a plan is followed in, cannot be written, and the job asks for others.
+    #[error(
+        "{source}; the plan is followed as the controller of the cell file runs it (program.dialect = \"{dialect}\"), whatever output.programs asks for: name there the controller that is to run it"
+    )]
+    OwnDialect {
+        /// The dialect of the cell.
+        dialect: &'static str,
+        /// Why.
+        source: Box<ProgramStageError>,
+    },
     /// A program cannot be read.
     #[error("cannot read the program {}: {source}", .path.display())]
     Parse {
@@ -128,6 +138,12 @@ impl ProgramStageError {
     /// The same of programs of a dialect, which is named where a job asks for several.
     pub(in crate::waam) fn of(self, dialect: Dialect, asked: &[Dialect]) -> Self {
         match self {
+            why @ ProgramStageError::Build(_) if !asked.is_empty() && !asked.contains(&dialect) => {
+                ProgramStageError::OwnDialect {
+                    dialect: dialect.word(),
+                    source: Box::new(why),
+                }
+            }
             why if asked.len() > 1 && !matches!(why, ProgramStageError::Cancelled(_)) => {
                 ProgramStageError::Dialect {
                     dialect: dialect.word(),

@@ -178,3 +178,18 @@ fn a_weave_that_makes_no_bead_is_refused_at_its_key() {
     }
     says(&told(SINE, "[surface]\n"), &["planned without a weave"]);
 }
+
+/// A plan is followed in the words of the cell's own controller: where these fail it is told that the job asks for others.
+#[test]
+fn a_weave_that_the_cells_controller_has_no_words_for_names_the_cell() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = home(dir.path());
+    write(&home, "cell.toml", cell("abb-rapid"));
+    let sine = "shape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\n";
+    let tables =
+        format!("[machine]\ncell = \"cell.toml\"\n{WIDE}[output]\nprograms = [\"fanuc-ls\"]\n");
+    says(
+        &refusal(&job(&home, sine, &tables)),
+        &["program.dialect = \"abb-rapid\"", "output.programs"],
+    );
+}
