@@ -248,7 +248,7 @@ pub(crate) fn execution_order(
     }
     machine.run(0, Vec::new())?;
     machine.close_arcs();
-    machine.into_frames_of_beads();
+    machine.tell_in_frames_of_beads();
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
     }

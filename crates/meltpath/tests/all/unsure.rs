@@ -1,5 +1,6 @@
 //! Programs of others that leave open where the arm goes: nothing about the arm passes then, and the line is named.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::dialects::job_for;
@@ -37,7 +38,7 @@ fn wall(folder: &Path, before: &[&str], [frame, tool]: [u32; 2], beside: &str) -
     let lines = lines.chain(before.iter().copied()).chain(bead);
     let mut text = "/PROG WALL\n/MN\n".to_owned();
     for (n, line) in (1..).zip(lines) {
-        text += &format!("{n:4}:{line} ;\n");
+        writeln!(text, "{n:4}:{line} ;").unwrap();
     }
     text += "/POS\n";
     let places = [
@@ -47,9 +48,11 @@ fn wall(folder: &Path, before: &[&str], [frame, tool]: [u32; 2], beside: &str) -
         (9, 7, [2500.0, 60.0]),
     ];
     for (n, frame, [x, z]) in places {
-        text += &format!(
-            "P[{n}]{{\n GP1:\n UF : {frame}, UT : {tool}, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 90 deg{beside}\n}};\n"
-        );
+        writeln!(
+            text,
+            "P[{n}]{{\n GP1:\n UF : {frame}, UT : {tool}, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 90 deg{beside}\n}};"
+        )
+        .unwrap();
     }
     let file = write(folder, "wall.ls", text + "/END\n");
     simulate_program(&file, Some(&job), NextIn(&folder.join("runs")), &Silent)

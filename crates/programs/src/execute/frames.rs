@@ -24,7 +24,7 @@ impl Machine<'_> {
     }
 
     /// Tells the moves of the program of the first bead in that bead's frames, where it says in numbers how theirs lie to these.
-    pub(super) fn into_frames_of_beads(&mut self) {
+    pub(super) fn tell_in_frames_of_beads(&mut self) {
         let Some((_, (program, frames))) = self.bead_frames else {
             return;
         };

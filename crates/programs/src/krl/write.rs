@@ -134,17 +134,19 @@ impl Writer<'_> {
             Instruction::Arc(_) => return Err(self.out.no_words(BETWEEN_MOVES)),
             // the weld data of the moves tell it
             Instruction::Weave(weave) => self.weave = *weave,
-            Instruction::Wait(seconds) => self.out.line(&format!("WAIT SEC {}", short(*seconds, 3))),
-            Instruction::UserFrame(n) => match self.out.program.attribute(COUPLED) {
-                Some(machine) => self.out.line(&format!(
-                    "$BASE=EK(MACHINE_DEF[{machine}].ROOT,MACHINE_DEF[{machine}].MECH_TYPE,BASE_DATA[{n}])"
-                )),
-                None => {
-                    let said = data::said_as(&self.out.program.said_frames.user, *n);
-                    let value = said.unwrap_or_else(|| format!("BASE_DATA[{n}]"));
-                    self.out.line(&format!("$BASE={value}"));
-                }
-            },
+            Instruction::Wait(seconds) => {
+                self.out.line(&format!("WAIT SEC {}", short(*seconds, 3)));
+            }
+            Instruction::UserFrame(n) => {
+                let base = match self.out.program.attribute(COUPLED) {
+                    Some(machine) => format!(
+                        "EK(MACHINE_DEF[{machine}].ROOT,MACHINE_DEF[{machine}].MECH_TYPE,BASE_DATA[{n}])"
+                    ),
+                    None => data::said_as(&self.out.program.said_frames.user, *n)
+                        .unwrap_or_else(|| format!("BASE_DATA[{n}]")),
+                };
+                self.out.line(&format!("$BASE={base}"));
+            }
             Instruction::Holds(Holds::Part) => self.out.line("$IPO_MODE=#TCP"),
             Instruction::Holds(_) => self.out.line("$IPO_MODE=#BASE"),
             Instruction::ToolFrame(n) => {

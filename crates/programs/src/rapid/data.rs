@@ -143,16 +143,16 @@ fn sum(text: &str, known: &BTreeMap<String, f64>) -> Option<f64> {
     let mut rest = text.trim();
     let (mut total, mut first) = (0.0, true);
     while first || !rest.is_empty() {
-        let mut sign = 1.0;
         let signs = rest.len() - rest.trim_start_matches(['+', '-', ' ']).len();
         if signs == 0 && !first {
             return None;
         }
-        for c in rest[..signs].chars().filter(|c| *c == '-') {
-            let _ = c;
-            sign = -sign;
-        }
-        rest = &rest[signs..];
+        let (before, behind) = rest.split_at(signs);
+        let sign = match before.matches('-').count() % 2 {
+            0 => 1.0,
+            _ => -1.0,
+        };
+        rest = behind;
         let exponent = |i: usize| {
             let before = rest.get(..i).unwrap_or_default();
             before.ends_with(['e', 'E'])
