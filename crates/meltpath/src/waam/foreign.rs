@@ -268,6 +268,9 @@ fn decide(
         if OF_THE_PART.contains(&check.id.as_str()) {
             doubt::undecided(std::slice::from_mut(check), &own_frame);
         }
+        if check.id == TRAVELS {
+            *check = unsure::undecided_over_metal(check.clone(), &commands.unsure);
+        }
     }
     let mut doubts = doubts(job, commands, settings);
     doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
@@ -300,6 +303,9 @@ fn leave_undecided(
 
 /// Checks that hold metal against the part.
 const OF_THE_PART: [&str; 3] = ["lack", "excess", "stock"];
+
+/// The check of the wire's tip over the metal.
+const TRAVELS: &str = "travels";
 
 /// Where a part lies in the robot's own frame the program does not say.
 fn of_own_frame(commands: &Commands) -> Vec<Doubt> {

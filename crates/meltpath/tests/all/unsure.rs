@@ -106,6 +106,10 @@ fn an_arm_in_frames_that_nobody_tells_is_not_decided_about() {
     let reach = check(&travel, "reach");
     assert_eq!(reach.status, Status::CannotSay, "{reach:?}");
     says(&reach.reason, &told);
+    // nor is it known whether it clears the metal
+    let travels = check(&travel, "travels");
+    assert_eq!(travels.status, Status::CannotSay, "{travels:?}");
+    says(&travels.reason, &told);
     // other numbers than the cell file's
     let others = wall(dir.path(), &[], [4, 2], "");
     let told = ["user frame 4 in place of 1, tool frame 2 in place of 1"];

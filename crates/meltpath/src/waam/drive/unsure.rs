@@ -14,8 +14,18 @@ use crate::waam::settings::Settings;
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::waam) struct Unsure {
     open: Open,
+    lie: Lie,
     reason: String,
     remedy: String,
+}
+
+/// What is not known of the places of moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lie {
+    /// Where all of them lie to the arm.
+    InArm,
+    /// Where travels lie to the beads, too.
+    ToBeads,
 }
 
 /// A move of a program: where it stands, in which frames it is, and whether it lays metal.
@@ -151,6 +161,7 @@ fn of_own_frame(read: &Read<'_>, bead: At) -> Option<Unsure> {
     let said = program.said_frames.user.contains_key(&bead.frames.0);
     (numbered && bead.frames.0 == 0 && !said).then(|| Unsure {
         open: Open::Places,
+        lie: Lie::InArm,
         reason: format!(
             "beads are in the robot's own frame ({}), not in that of the part: where the part lies in it the program does not say",
             bead.told(read)
@@ -200,6 +211,7 @@ fn of_numbers(read: &Read<'_>, bead: At, settings: &Settings) -> Option<Unsure> 
     let keys: Vec<&str> = differ.iter().map(|i| keys[*i]).collect();
     (!told.is_empty()).then(|| Unsure {
         open: Open::Places,
+        lie: Lie::InArm,
         reason: format!(
             "beads are in other frames than the cell file's: {} ({}): whether they lie where the robot's file tells part and torch is not known",
             told.join(", "),
@@ -222,6 +234,7 @@ fn of_travels(read: &Read<'_>, moves: &[At], bead: At) -> Option<Unsure> {
     let [frame, tool] = first.names(read)?;
     Some(Unsure {
         open: Open::Places,
+        lie: Lie::ToBeads,
         reason: format!(
             "{} is in user frame {frame} with tool frame {tool}, beads are in {} and {}: how the frames lie to each other is not known{}",
             first.told(read),
@@ -244,6 +257,7 @@ fn more(count: usize) -> String {
 fn of_declarations(read: &Read<'_>) -> Vec<Unsure> {
     let told = |program: &Program, (line, text): &(u32, String)| Unsure {
         open: Open::Places,
+        lie: Lie::InArm,
         reason: format!(
             "program {}, line {line}, \"{text}\": where this frame lies is not written in plain numbers",
             program.name
@@ -281,6 +295,7 @@ pub(in crate::waam) fn of_axes(
     let (first, axis) = away.next()?;
     Some(Unsure {
         open: Open::Places,
+        lie: Lie::InArm,
         reason: format!(
             "external axis {} stands at {} ({}), {}{}",
             axis.name,
@@ -312,6 +327,7 @@ fn of_lines(lines: &[Gap]) -> Vec<Unsure> {
         let first = gaps.first()?;
         Some(Unsure {
             open,
+            lie: Lie::ToBeads,
             reason: format!(
                 "the arm was followed without {}, line {}, \"{}\" ({}){}",
                 first.program,
@@ -342,6 +358,21 @@ pub(in crate::waam) fn undecided(check: Check, gaps: &[Gap], unsure: &[Unsure]) 
     let gaps = of_lines(gaps);
     let all = gaps.iter().chain(unsure);
     let all: Vec<&Unsure> = all.filter(|unsure| takes(unsure)).collect();
+    open(check, &all)
+}
+
+/// Takes from the check of the way over the metal what is not known of travels: those that are left out, and those in frames of which it is not
+/// known how they lie to the beads'.
+pub(in crate::waam) fn undecided_over_metal(check: Check, unsure: &[Unsure]) -> Check {
+    let of_travels = unsure
+        .iter()
+        .filter(|unsure| unsure.lie == Lie::ToBeads)
+        .cloned();
+    let of_travels: Vec<Unsure> = of_travels.collect();
+    undecided(check, &[], &of_travels)
+}
+
+fn open(check: Check, all: &[&Unsure]) -> Check {
     let Some(first) = all.first() else {
         return check;
     };
