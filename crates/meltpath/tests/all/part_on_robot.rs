@@ -223,6 +223,32 @@ fn a_program_that_holds_otherwise_than_the_robots_file_is_told() {
             "{remedy}"
         );
     }
+    // the frames written out as the comments tell them: the torch is the base, the part the tool
+    let written = |table: &str| {
+        let told = text
+            .lines()
+            .find_map(|l| l.strip_prefix(&format!(";{table}[1]=")));
+        let told = told.unwrap();
+        told[..=told.find('}').unwrap()].to_owned()
+    };
+    let base = written("BASE_DATA");
+    let out = |base: &str| {
+        let tool = format!("$TOOL={}\n", written("TOOL_DATA"));
+        let path = edited("$TOOL=TOOL_DATA[1]\n", &tool);
+        let tooled = std::fs::read_to_string(&path).unwrap();
+        let both = tooled.replacen("$BASE=BASE_DATA[1]\n", &format!("$BASE={base}\n"), 1);
+        assert_ne!(both, tooled);
+        std::fs::write(&path, both).unwrap();
+        job.simulate(&path).1
+    };
+    assert_eq!(check(&out(&base), "reach").status, Status::Pass);
+    let x = numbers(&base)[0];
+    let aside = out(&base.replacen(&format!("X {x:.3}"), &format!("X {:.3}", x + 10.0), 1));
+    let found = check(&aside, "reach");
+    assert_eq!(found.status, Status::CannotSay, "{found:?}");
+    for told in ["the wire tip is at", "in the world", "10.0 mm"] {
+        assert!(found.reason.contains(told), "{found:?}");
+    }
     let path = edited("$BASE=BASE_DATA[1]\n", "");
     let runs = NextIn(&dir);
     let error = simulate_program(&path, Some(&job.job), runs, &Silent).unwrap_err();
