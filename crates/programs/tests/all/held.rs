@@ -6,8 +6,8 @@ use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_programs::held::{Holds, Standing};
 use meltpath_programs::program::{Coordinates, Instruction, Program};
 use meltpath_programs::{
-    BuildSettings, CellProgramming, Dialect, ExecutionSettings, Gap, Missing, build, dialect,
-    read_toolpath,
+    BuildSettings, CellProgramming, Dialect, ExecutionSettings, Gap, Missing, Open, Reading, build,
+    dialect, read_toolpath,
 };
 use meltpath_toolpath::Toolpath;
 use proptest::prelude::*;
@@ -262,6 +262,10 @@ fn krl(source: &str, list: &str) -> Played {
 
 /// Those of a source file with all of its programs.
 fn krl_file(source: &str, list: &str) -> Played {
+    played(&krl_programs(source, list))
+}
+
+fn krl_programs(source: &str, list: &str) -> Vec<Program> {
     let list = format!("DEFDAT S\n{list}\nENDDAT\n");
     let parsed = dialect::read(
         Dialect::Krl,
@@ -269,8 +273,7 @@ fn krl_file(source: &str, list: &str) -> Played {
         Some(list.as_bytes()),
         &cell(),
     );
-    let programs: Vec<Program> = parsed.unwrap().into_iter().map(|p| p.program).collect();
-    played(&programs)
+    parsed.unwrap().into_iter().map(|p| p.program).collect()
 }
 
 fn rapid(data: &str, moves: &str) -> Played {
@@ -282,13 +285,17 @@ fn rapid(data: &str, moves: &str) -> Played {
     played(&programs)
 }
 
-fn played(programs: &[Program]) -> Played {
-    let reporter = Reporter::new();
+fn reading(programs: &[Program], reporter: &Reporter) -> Reading {
     let known = ExecutionSettings {
         assumed_speed: 10.0,
         ..cell().execution(10.0)
     };
-    let reading = read_toolpath(programs, &known, 1e3, &reporter).unwrap();
+    read_toolpath(programs, &known, 1e3, reporter).unwrap()
+}
+
+fn played(programs: &[Program]) -> Played {
+    let reporter = Reporter::new();
+    let reading = reading(programs, &reporter);
     let all = motions(&reading)
         .iter()
         .map(|m| (m.to, m.control.holds))
@@ -372,6 +379,16 @@ fn a_kuka_that_changes_in_the_middle_is_told() {
     assert_eq!(gaps, []);
     assert!(same(&found, &at[1..]), "{found:?}");
     assert!(told.contains("the robot holds the torch there"), "{told}");
+    // where the arm goes along it nobody can say
+    let alone = format!(
+        "DEF S( )\n{FRAMES}$IPO_MODE=#TCP\n{BEAD}$IPO_MODE=#BASE\n$VEL.CP=0.1\nLIN XP1\nEND\n"
+    );
+    let reading = reading(&krl_programs(&alone, &list), &Reporter::new());
+    let [travel] = &reading.left_out[..] else {
+        panic!("{:?}", reading.left_out)
+    };
+    assert_eq!(travel.why, Missing::HeldOtherwise { here, beads });
+    assert_eq!(travel.why.open(), Open::Places);
     // whether the basic settings set it back nobody says
     let (_, gaps, _) = krl(
         &format!("{FRAMES}$IPO_MODE=#TCP\nBAS(#INITMOV,0)\n{BEAD}"),
