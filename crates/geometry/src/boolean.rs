@@ -94,8 +94,28 @@ pub fn difference(a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError
     combine(ClipType::Difference, a, b)
 }
 
+/// Closed curves on the grid that bound what they go round once or more, anticlockwise; they may cross themselves and each other.
+pub(crate) struct Curves(pub(crate) Paths64);
+
+impl Curves {
+    /// The union of `regions` without what the curves go round.
+    pub(crate) fn taken_from(self, regions: &[Region]) -> Result<Vec<Region>, PlanarError> {
+        Ok(framed(ClipType::Difference, to_grid(regions)?, self.0))
+    }
+
+    /// The part of the union of `regions` that the curves go round.
+    pub(crate) fn common_with(&self, regions: &[Region]) -> Result<Vec<Region>, PlanarError> {
+        let curves = self.0.clone();
+        Ok(framed(ClipType::Intersection, to_grid(regions)?, curves))
+    }
+}
+
 fn combine(clip: ClipType, a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError> {
-    let (mut subject, mut with) = (to_grid(a)?, to_grid(b)?);
+    Ok(framed(clip, to_grid(a)?, to_grid(b)?))
+}
+
+/// The sweep over what of both operands matters to it.
+fn framed(clip: ClipType, mut subject: Paths64, mut with: Paths64) -> Vec<Region> {
     match clip {
         ClipType::Intersection => {
             let both = Frame::round(&subject).and(Frame::round(&with));
@@ -105,7 +125,7 @@ fn combine(clip: ClipType, a: &[Region], b: &[Region]) -> Result<Vec<Region>, Pl
         ClipType::Difference => Frame::round(&subject).crop(&mut with),
         _ => {}
     }
-    Ok(swept(clip, &subject, &with))
+    swept(clip, &subject, &with)
 }
 
 fn swept(clip: ClipType, subject: &Paths64, with: &Paths64) -> Vec<Region> {

@@ -4,10 +4,10 @@
 
 use rayon::prelude::*;
 
-use crate::boolean::{GRID_PER_MM, PlanarError, difference, intersection, union};
+use crate::boolean::{Curves, GRID_PER_MM, PlanarError, difference, intersection, union};
 use crate::math::DVec2;
-use crate::offset::stroke;
-use crate::overhang::distance;
+use crate::offset::{band_curves, stroke};
+use crate::raster::{Grid, rasterise};
 use crate::region::Region;
 
 /// Side of a tile, in reaches of the band: a few lines wide.
@@ -54,7 +54,7 @@ pub fn bare(
     let pieces: Vec<Vec<Region>> = tiles(regions, lines, band, some)?
         .into_par_iter()
         .filter(|tile| !tile.is_wet(band))
-        .map(|tile| difference(&tile.regions, &tile.metal(band)?))
+        .map(|tile| tile.bare(tile.metal(band)?))
         .collect::<Result<_, _>>()?;
     union(&pieces.concat())
 }
@@ -202,19 +202,25 @@ struct Tile {
 }
 
 impl Tile {
-    fn metal(&self, band: Band) -> Result<Vec<Region>, PlanarError> {
-        stroke(&self.lines, band.reach, band.arc_tolerance)
+    /// Curves whose windings are above 0 where there is metal.
+    fn metal(&self, band: Band) -> Result<Curves, PlanarError> {
+        band_curves(&self.lines, band.reach, band.arc_tolerance)
+    }
+
+    /// What is bare here.
+    fn bare(&self, metal: Curves) -> Result<Vec<Region>, PlanarError> {
+        metal.taken_from(&self.regions)
     }
 
     /// What is bare here, and the area of the bands beyond the regions.
     fn cover(&self, band: Band, is_wet: bool) -> Result<(Vec<Region>, f64), PlanarError> {
         let metal = self.metal(band)?;
+        let all = area(&metal.common_with(&[self.bounds.region()])?);
         let bare = if is_wet {
             Vec::new()
         } else {
-            difference(&self.regions, &metal)?
+            self.bare(metal)?
         };
-        let all = area(&intersection(&metal, &[self.bounds.region()])?);
         let on_regions = area(&self.regions) - area(&bare);
         Ok((bare, (all - on_regions).max(0.0)))
     }
@@ -231,67 +237,49 @@ impl Tile {
     fn is_wet(&self, band: Band) -> bool {
         let Bounds { low, high } = self.bounds;
         let cell = CELL * band.reach;
-        let within = band.reach - band.arc_tolerance - cell * std::f64::consts::FRAC_1_SQRT_2;
         let size = (high - low) / cell;
-        let (nx, ny) = (size.x.ceil() as usize, size.y.ceil() as usize);
-        let mut dry = vec![true; nx * ny];
-        let mut stamp = |a: DVec2, b: DVec2| {
-            // in cells, whose centres are whole numbers
-            let [a, b] = [a, b].map(|p| (p - low) / cell - 0.5);
-            let r = within / cell;
-            let first = (a.y.min(b.y) - r).ceil().max(0.0) as usize;
-            let past = (a.y.max(b.y) + r).floor() + 1.0;
-            for iy in first..(past.max(0.0) as usize).min(ny) {
-                let Some((from, to)) = row_of_band(a, b, r, iy as f64) else {
-                    continue;
-                };
-                let from = (from.ceil().max(0.0) as usize).min(nx);
-                let to = ((to.floor() + 1.0).max(0.0) as usize).min(nx);
-                if from < to {
-                    dry[iy * nx + from..iy * nx + to].fill(false);
-                }
-            }
+        let grid = Grid {
+            origin: low + 0.5 * cell,
+            cell,
+            nx: size.x.ceil() as usize,
+            ny: size.y.ceil() as usize,
         };
+        // from a cell's centre to its corner
+        let corner = cell * std::f64::consts::FRAC_1_SQRT_2;
+        let mut wet = vec![false; grid.nx * grid.ny];
         for line in &self.lines {
+            let within = band.reach - band.arc_tolerance - corner;
             match line[..] {
-                [dot] => stamp(dot, dot),
-                _ => line.windows(2).for_each(|side| stamp(side[0], side[1])),
+                [dot] => stamp(&mut wet, &grid, dot, dot, within),
+                _ => line
+                    .windows(2)
+                    .for_each(|side| stamp(&mut wet, &grid, side[0], side[1], within)),
             }
         }
-        (0..ny).all(|iy| {
-            (0..nx).filter(|ix| dry[iy * nx + ix]).all(|ix| {
-                let centre = low + (DVec2::new(ix as f64, iy as f64) + 0.5) * cell;
-                !self.comes_near(centre, cell * std::f64::consts::FRAC_1_SQRT_2)
-            })
-        })
-    }
-
-    /// Whether a region holds `p` or comes as near as `within`.
-    fn comes_near(&self, p: DVec2, within: f64) -> bool {
-        self.regions.iter().any(|region| region.contains(p)) || distance(&self.regions, p) <= within
+        if wet.iter().all(|&wet| wet) {
+            return true;
+        }
+        // cells that a region has a part of: their centres lie inside, or its boundary comes as near as their corners
+        let inside = rasterise(&self.regions, &grid);
+        if inside.cells().any(|(ix, iy)| !wet[iy * grid.nx + ix]) {
+            return false;
+        }
+        let mut met = vec![false; grid.nx * grid.ny];
+        for ring in self.regions.iter().flat_map(Region::rings) {
+            for (i, &a) in ring.iter().enumerate() {
+                let b = ring[(i + 1) % ring.len()];
+                stamp(&mut met, &grid, a, b, corner * (1.0 + 1e-9));
+            }
+        }
+        met.iter().zip(&wet).all(|(met, wet)| !met || *wet)
     }
 }
 
-/// Where a row at height `y` lies within `r` of the stretch from `a` to `b`.
-fn row_of_band(a: DVec2, b: DVec2, r: f64, y: f64) -> Option<(f64, f64)> {
-    let mut row = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut take = |x: f64| row = (row.0.min(x), row.1.max(x));
-    for end in [a, b] {
-        let half = r * r - (y - end.y) * (y - end.y);
-        if half >= 0.0 {
-            take(end.x - half.sqrt());
-            take(end.x + half.sqrt());
-        }
+/// Marks the cells whose centres lie within `within` of the stretch from `a` to `b`, mm.
+fn stamp(cells: &mut [bool], grid: &Grid, a: DVec2, b: DVec2, within: f64) {
+    for (iy, row) in grid.rows_beside(a, b, within) {
+        cells[iy * grid.nx..][row].fill(true);
     }
-    let way = b - a;
-    let beside = way.normalize_or_zero().perp() * r;
-    for side in [beside, -beside] {
-        let share = (y - a.y - side.y) / way.y;
-        if (0.0..=1.0).contains(&share) {
-            take(a.x + side.x + share * way.x);
-        }
-    }
-    (row.0 <= row.1).then_some(row)
 }
 
 /// The tiles over regions and bands that count by what of them lies there, and are not whole under bands.

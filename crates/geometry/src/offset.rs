@@ -13,7 +13,7 @@ use clipper2_rust::offset::{ClipperOffset, EndType, JoinType};
 use rayon::prelude::*;
 
 use crate::boolean::{
-    GRID_PER_MM, LARGEST_COORDINATE, PlanarError, regions_of, ring_to_grid, to_grid,
+    Curves, GRID_PER_MM, LARGEST_COORDINATE, PlanarError, regions_of, ring_to_grid, to_grid,
 };
 use crate::math::DVec2;
 use crate::region::Region;
@@ -130,18 +130,27 @@ fn moved(paths: &Paths64, distance: f64, join: Join) -> Vec<Region> {
 
 /// The edges of one ring moved to their right by `distance` (grid units; negative to their left) and joined.
 fn moved_ring(path: &Path64, distance: f64, join: Join) -> Path64 {
-    let mut points: Vec<DVec2> = path
-        .iter()
-        .map(|p| DVec2::new(p.x as f64, p.y as f64))
-        .collect();
-    points.dedup();
+    let mut points = apart(path);
     while points.len() > 1 && points.first() == points.last() {
         points.pop();
     }
-    let n = points.len();
-    if n < 3 {
+    if points.len() < 3 {
         return Path64::new();
     }
+    moved_edges(&points, distance, join)
+}
+
+/// Points of a path, none twice in a row.
+fn apart(path: &Path64) -> Vec<DVec2> {
+    let at = |p: &Point64| DVec2::new(p.x as f64, p.y as f64);
+    let mut points: Vec<DVec2> = path.iter().map(at).collect();
+    points.dedup();
+    points
+}
+
+/// The edges from each of at least two points to the next and from the last to the first, moved and joined.
+fn moved_edges(points: &[DVec2], distance: f64, join: Join) -> Path64 {
+    let n = points.len();
     let normals: Vec<DVec2> = (0..n)
         .map(|i| {
             let edge = points[(i + 1) % n] - points[i];
@@ -215,15 +224,47 @@ pub fn stroke(
     arc_tolerance: f64,
 ) -> Result<Vec<Region>, PlanarError> {
     check(distance, Join::Round { arc_tolerance })?;
-    let mut paths = Paths64::with_capacity(lines.len());
-    for (region, line) in lines.iter().enumerate() {
-        paths.push(ring_to_grid(line, region, 0)?);
-    }
+    let paths = lines_to_grid(lines)?;
     let mut offset = ClipperOffset::new(2.0, arc_tolerance * GRID_PER_MM, false, false);
     offset.add_paths(&paths, JoinType::Round, EndType::Round);
     let mut tree = PolyTree64::new();
     offset.execute_tree(distance * GRID_PER_MM, &mut tree);
     Ok(regions_of(&tree))
+}
+
+/// Curves round everything within `distance` mm of the polylines `lines`, as [`stroke`] has it, before they are joined: each line there
+/// and back with its sides moved out. Round a point they wind as often as a disc about it meets the lines.
+///
+/// # Errors
+/// See [`stroke`].
+pub(crate) fn band_curves(
+    lines: &[Vec<DVec2>],
+    distance: f64,
+    arc_tolerance: f64,
+) -> Result<Curves, PlanarError> {
+    let join = Join::Round { arc_tolerance };
+    check(distance, join)?;
+    let distance = distance * GRID_PER_MM;
+    let curve = |line: &Path64| {
+        let mut points = apart(line);
+        if let [dot] = points[..] {
+            // so short a way that its two ends make one disc
+            points.push(dot + DVec2::X);
+        }
+        let back: Vec<DVec2> = points.iter().rev().skip(1).copied().collect();
+        points.extend(back);
+        points.pop();
+        if points.is_empty() {
+            return Path64::new();
+        }
+        moved_edges(&points, distance, join)
+    };
+    Ok(Curves(lines_to_grid(lines)?.iter().map(curve).collect()))
+}
+
+fn lines_to_grid(lines: &[Vec<DVec2>]) -> Result<Paths64, PlanarError> {
+    let lines = lines.iter().enumerate();
+    lines.map(|(i, line)| ring_to_grid(line, i, 0)).collect()
 }
 
 fn at_region(error: PlanarError, index: usize) -> PlanarError {

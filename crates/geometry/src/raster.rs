@@ -1,5 +1,7 @@
 //! Regions on a square grid: which cell centres lie inside, as runs of cells per row.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::math::DVec2;
@@ -16,6 +18,51 @@ pub struct Grid {
     pub nx: usize,
     /// Cells along y.
     pub ny: usize,
+}
+
+impl Grid {
+    /// The cells whose centres lie within `within` mm of the stretch from `a` to `b`: rows, and the columns in each.
+    pub fn rows_beside(
+        &self,
+        a: DVec2,
+        b: DVec2,
+        within: f64,
+    ) -> impl Iterator<Item = (usize, Range<usize>)> + use<> {
+        // in cells, whose centres are whole numbers
+        let [a, b] = [a, b].map(|p| (p - self.origin) / self.cell);
+        let r = within / self.cell;
+        let nx = self.nx;
+        let first = (a.y.min(b.y) - r).ceil().max(0.0) as usize;
+        let past = ((a.y.max(b.y) + r).floor() + 1.0).max(0.0) as usize;
+        (first..past.min(self.ny)).filter_map(move |iy| {
+            let (from, to) = row_of_band(a, b, r, iy as f64)?;
+            let from = from.ceil().max(0.0) as usize;
+            let past = ((to.floor() + 1.0).max(0.0) as usize).min(nx);
+            (from < past).then_some((iy, from..past))
+        })
+    }
+}
+
+/// Where a row at height `y` lies within `r` of the stretch from `a` to `b`.
+fn row_of_band(a: DVec2, b: DVec2, r: f64, y: f64) -> Option<(f64, f64)> {
+    let mut row = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut take = |x: f64| row = (row.0.min(x), row.1.max(x));
+    for end in [a, b] {
+        let half = r * r - (y - end.y) * (y - end.y);
+        if half >= 0.0 {
+            take(end.x - half.sqrt());
+            take(end.x + half.sqrt());
+        }
+    }
+    let way = b - a;
+    let beside = way.normalize_or_zero().perp() * r;
+    for side in [beside, -beside] {
+        let share = (y - a.y - side.y) / way.y;
+        if (0.0..=1.0).contains(&share) {
+            take(a.x + side.x + share * way.x);
+        }
+    }
+    (row.0 <= row.1).then_some(row)
 }
 
 /// The cells of a grid whose centres lie inside regions: half-open runs of columns, in order, per row.

@@ -59,6 +59,22 @@ pub enum HealthError {
         /// The names.
         known: String,
     },
+    /// A change of what the axis does not have.
+    #[error("the head's file gives this axis no {name}: there is nothing to change")]
+    Nothing {
+        /// What was to be changed.
+        name: &'static str,
+    },
+    /// A circumstance that cannot be.
+    #[error("{what} \"{told}\" cannot be: {remedy}")]
+    Circumstance {
+        /// Which.
+        what: &'static str,
+        /// As it was told.
+        told: String,
+        /// What to write.
+        remedy: &'static str,
+    },
     /// A record or its mapping.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -223,6 +239,28 @@ pub struct Circumstances {
     pub accept: bool,
 }
 
+impl Circumstances {
+    fn check(&self) -> Result<(), HealthError> {
+        let wrong = |what, told: &str, remedy| HealthError::Circumstance {
+            what,
+            told: told.to_owned(),
+            remedy,
+        };
+        let zone = "a date by ISO 8601, or a time with its zone: 2026-03-05T08:30:00+01:00";
+        self.time
+            .parse::<toml::value::Datetime>()
+            .ok()
+            .filter(|told| told.date.is_some() && told.time.is_some() == told.offset.is_some())
+            .ok_or_else(|| wrong("the time", &self.time, zone))?;
+        match self.temperature {
+            Some(t) if !(t >= -273.15 && t.is_finite()) => {
+                Err(wrong("the temperature", &t.to_string(), "degrees Celsius"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// A test, compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -249,6 +287,7 @@ pub fn test(
     circumstances: &Circumstances,
     reporter: &Reporter,
 ) -> Result<Outcome, HealthError> {
+    circumstances.check()?;
     let mut history = History::open(folder, &subject.name())?;
     let signal = subject.signal()?;
     let (first, response) = match bench {
@@ -363,37 +402,51 @@ fn recorded(
     Ok((found, response))
 }
 
-type Scale = fn(&mut Axis, f64);
+/// Scales what an axis has; whether it has it.
+type Scale = fn(&mut Axis, f64) -> bool;
 
 /// What a simulated axis can be changed by.
 const CHANGES: [(&str, Scale); 7] = [
-    ("resistance", |a, f| a.motor.resistance *= f),
-    ("inductance", |a, f| a.motor.inductance *= f),
+    ("resistance", |a, f| scaled(&mut a.motor.resistance, f)),
+    ("inductance", |a, f| scaled(&mut a.motor.inductance, f)),
     ("torque-constant", |a, f| {
-        a.motor.torque_constant *= f;
         a.motor.back_emf *= f;
         for mode in &mut a.motor.modes {
             mode.gain *= f;
         }
+        scaled(&mut a.motor.torque_constant, f)
     }),
     ("inertia", |a, f| {
-        a.motor.inertia *= f;
         for mode in &mut a.motor.modes {
             mode.gain /= f;
         }
+        scaled(&mut a.motor.inertia, f)
     }),
-    ("viscous", |a, f| a.motor.viscous *= f),
-    ("coulomb", |a, f| {
-        if let Friction::Coulomb { coulomb, .. } = &mut a.motor.friction {
-            *coulomb *= f;
+    ("viscous", |a, f| scaled(&mut a.motor.viscous, f)),
+    ("coulomb", |a, f| match &mut a.motor.friction {
+        Friction::None => false,
+        Friction::Coulomb { coulomb, .. } => scaled(coulomb, f),
+        // what holds the rotor at rest grows with what holds it sliding
+        Friction::Karnopp {
+            coulomb, stiction, ..
+        }
+        | Friction::LuGre {
+            coulomb, stiction, ..
+        } => {
+            *stiction *= f;
+            scaled(coulomb, f)
         }
     }),
     ("mode", |a, f| {
-        if let Some(mode) = a.motor.modes.first_mut() {
-            mode.omega *= f;
-        }
+        let first = a.motor.modes.first_mut();
+        first.is_some_and(|mode| scaled(&mut mode.omega, f))
     }),
 ];
+
+fn scaled(value: &mut f64, factor: f64) -> bool {
+    *value *= factor;
+    *value != 0.0
+}
 
 fn changed(axis: &Axis, changes: &[String]) -> Result<Axis, HealthError> {
     let mut axis = axis.clone();
@@ -404,14 +457,16 @@ fn changed(axis: &Axis, changes: &[String]) -> Result<Axis, HealthError> {
         };
         let (name, factor) = text.split_once('=').ok_or_else(wrong)?;
         let factor: f64 = factor.trim().parse().map_err(|_| wrong())?;
-        let (_, scale) = CHANGES
+        let (name, scale) = CHANGES
             .iter()
             .find(|(n, _)| *n == name.trim())
             .ok_or_else(wrong)?;
         if !(factor > 0.0 && factor.is_finite()) {
             return Err(wrong());
         }
-        scale(&mut axis, factor);
+        if !scale(&mut axis, factor) {
+            return Err(HealthError::Nothing { name });
+        }
     }
     Ok(axis)
 }

@@ -30,7 +30,7 @@ use crate::job::lpbf::HeatTable;
 use crate::material::load;
 use beam::commanded;
 use meltpath_toolpath::Role;
-use surface::closed;
+use surface::{beside, closed};
 
 pub use beam::BeamRecord;
 pub use judge::check;
@@ -209,7 +209,7 @@ pub struct Boiling {
 pub struct RecipeHeat {
     /// As commanded, as marked, as marked with a fifth less and a fifth more absorbed.
     pub drawings: [Melted; 4],
-    /// The surface, mm²: what the commanded path melts through, with the gaps between its lines.
+    /// The surface, mm²: half a hatch beside the commanded lines, and what these melt through, with the gaps between.
     pub surface: f64,
     /// Where the marked path leaves powder, by squares.
     pub cold: Vec<Cold>,
@@ -242,7 +242,7 @@ pub fn melt(
     let [second, third, fourth] = others;
     let drawings = [first?, second?, third?, fourth?];
     let boiling = boiling(settings, job, last);
-    Ok(told(settings, drawings, hatch, (boiling, cut)))
+    Ok(told(settings, drawings, (&asked, hatch), (boiling, cut)))
 }
 
 /// Draws the path that the same recipe has on a head that behaves otherwise: what was commanded is that of `value`.
@@ -266,7 +266,7 @@ pub(super) fn melt_otherwise(
     Ok(told(
         settings,
         drawings,
-        hatch,
+        (&asked, hatch),
         (value.boiling.clone(), cut),
     ))
 }
@@ -286,11 +286,17 @@ fn three<R: Send>(draw: impl Fn(&'static str, f64) -> R + Sync) -> [R; 3] {
     [second, third, fourth]
 }
 
+/// The ways that a path draws with light, from where to where.
+fn lit(path: &BeamPath) -> impl Iterator<Item = [&BeamPoint; 2]> {
+    let ways = path.points().windows(2).map(|w| [&w[0], &w[1]]);
+    ways.filter(|[from, _]| from.is_on())
+}
+
 /// The map round the commanded marks, nothing melted.
 fn frame(settings: &HeatSettings, asked: &BeamPath) -> Result<FusionMap, HeatError> {
     let marks = |axis: fn(&BeamPoint) -> f64| {
-        let all = asked.points().iter().filter(|p| p.is_on()).map(axis);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+        let ends = lit(asked).flatten().map(axis);
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
             [low.min(v), high.max(v)]
         })
     };
@@ -341,14 +347,17 @@ fn drawn(
 fn told(
     settings: &HeatSettings,
     mut drawings: [Melted; 4],
-    hatch: f64,
+    (asked, hatch): (&BeamPath, f64),
     (boiling, cut): (Vec<Boiling>, bool),
 ) -> RecipeHeat {
     let liquidus = settings.material.liquidus;
     let melted = drawings
         .each_ref()
         .map(|d| d.map.hotter(liquidus).collect::<Vec<bool>>());
-    let surface = closed(&melted[0], drawings[0].map.cells, hatch / settings.cell);
+    let plain = &drawings[0].map;
+    let mut surface = closed(&melted[0], plain.cells, hatch / settings.cell);
+    // what is commanded to be drawn counts where nothing melts, too
+    beside(&mut surface, plain, asked, 0.5 * hatch);
     let count = |cells: &mut dyn Iterator<Item = bool>| cells.filter(|c| *c).count() as f64;
     let all = count(&mut surface.iter().copied());
     let one = settings.cell * settings.cell;

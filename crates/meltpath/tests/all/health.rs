@@ -158,8 +158,22 @@ fn axes_heads_and_changes_that_are_none_are_named() {
     let subject = Subject::find("demo", "two-axis-150", "x").unwrap();
     for change in ["coulomb", "colomb=2", "coulomb=-1", "coulomb=x"] {
         let bench = Bench::Simulated(vec![change.to_owned()]);
-        let error = test(&subject, &bench, dir.path(), &at("t"), &Reporter::new()).unwrap_err();
+        let when = at("2026-01-05");
+        let error = test(&subject, &bench, dir.path(), &when, &Reporter::new()).unwrap_err();
         assert!(error.to_string().contains("NAME=FACTOR"), "{error}");
+    }
+    let healthy = Bench::Simulated(Vec::new());
+    let frozen = Circumstances {
+        temperature: Some(-300.0),
+        ..at("2026-01-05T08:00:00Z")
+    };
+    for (when, words) in [
+        (at("yesterday"), "\"yesterday\" cannot be"),
+        (at("2026-01-05T08:00:00"), "with its zone"),
+        (frozen, "\"-300\" cannot be"),
+    ] {
+        let error = test(&subject, &healthy, dir.path(), &when, &Reporter::new()).unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
     }
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     // what a message says there is, there is
@@ -258,4 +272,31 @@ fn records_give_what_the_bench_gave() {
     assert!(error.contains("second stage"), "{error}");
     let history = History::open(&folder, &subject.name()).unwrap();
     assert_eq!(history.entries().len(), 2);
+}
+
+/// A head whose friction has another law wears, too; what its file lacks cannot.
+#[test]
+fn friction_of_any_law_grows_and_what_is_not_there_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    // the bias is of the printed law alone
+    let lines = meltpath_data::scan_heads::TWO_AXIS_150.text.lines();
+    let head: Vec<&str> = lines
+        .map(|line| match line.split_once(" = ") {
+            Some(("bias", _)) => "bias = { value = \"0 N·m\", source = \"none\" }",
+            _ => line,
+        })
+        .collect();
+    let law = "[y.friction]\nkind = \"karnopp\"\nstiction = { value = \"10 µN·m\", source = \"a guess\" }\n\
+        rest = { value = \"0.001 rad/s\", source = \"a guess\" }\n";
+    let file = dir.path().join("own.toml");
+    fs::write(&file, format!("{}\n{law}", head.join("\n"))).unwrap();
+    let tested = |change: &[&str]| {
+        let subject = Subject::find("own", &file.display().to_string(), "y").unwrap();
+        let bench = Bench::Simulated(change.iter().map(|c| (*c).to_owned()).collect());
+        let (history, when) = (dir.path().join("history"), at("2026-01-05T08:00:00Z"));
+        test(&subject, &bench, &history, &when, &Reporter::new())
+    };
+    tested(&[]).unwrap();
+    let worn = tested(&["coulomb=3"]).unwrap();
+    assert_eq!(worn.rating, Rating::Intervene, "{:?}", worn.drifts);
 }

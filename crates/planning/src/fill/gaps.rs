@@ -63,6 +63,7 @@ pub(crate) fn close(
         let places = outset(&centres, radius, coarse)?;
         let mut found: Vec<Middle> = places
             .iter()
+            .filter(|place| place.area() >= least_area(settings))
             .filter_map(|place| middle(place, &links, settings))
             .collect();
         let before: Vec<usize> = beads.iter().map(|b| b.points.len()).collect();
@@ -77,8 +78,11 @@ pub(crate) fn close(
             .extract_if(.., |m| length(&m.line) + 1e-9 < settings.shortest_bead)
             .collect();
         lay_in_order(alone.into_iter().map(|m| m.line).collect(), beads, settings);
+        let mut boxes = Boxes::new(beads);
         for gap in short {
-            detour(&gap, beads, &links, settings);
+            if let Some(bead) = detour(&gap, beads, &boxes, &links, settings) {
+                boxes.see(bead, &beads[bead]);
+            }
         }
         let grown = beads.iter().zip(before.iter().chain(std::iter::repeat(&0)));
         new = grown
@@ -100,18 +104,22 @@ struct Middle {
 }
 
 /// Leads the nearest bead along the line and back, or towards its middle and back, as far as the metal of both ways has
-/// room in the gap; whether one does.
-fn detour(gap: &Middle, beads: &mut [Bead], links: &Room, settings: &FillSettings) -> bool {
+/// room in the gap; the bead that does.
+fn detour(
+    gap: &Middle,
+    beads: &mut [Bead],
+    boxes: &Boxes,
+    links: &Room,
+    settings: &FillSettings,
+) -> Option<usize> {
     let &Middle { ref line, area } = gap;
     let fastest = settings.paces.map_or(1.0, |p| p.fastest);
     // there and back
     let longest = fastest * area / (2.0 * LEAST_DETOUR * settings.stepover);
     let back: Vec<DVec2> = line.iter().rev().copied().collect();
     let middle = middle_of(line);
-    [line.as_slice(), &back, &middle].iter().any(|way| {
-        let Some((i, k, foot)) = nearest(way, beads) else {
-            return false;
-        };
+    [line.as_slice(), &back, &middle].iter().find_map(|way| {
+        let (i, k, foot) = boxes.nearest(*way.first()?, beads)?;
         let mut out = [&[foot], *way].concat();
         if let [foot, tip] = out[..] {
             out[1] = foot + (tip - foot).clamp_length_max(longest);
@@ -121,7 +129,7 @@ fn detour(gap: &Middle, beads: &mut [Bead], links: &Room, settings: &FillSetting
             || long < SHORTEST_TAIL * settings.width
             || !links.has_way(foot, out[1], 0.2 * settings.width)
         {
-            return false;
+            return None;
         }
         let home = out.iter().rev().skip(1).copied();
         let bead = &mut beads[i];
@@ -130,7 +138,7 @@ fn detour(gap: &Middle, beads: &mut [Bead], links: &Room, settings: &FillSetting
         let after = k + 1;
         bead.points.splice(after..after, there_and_back);
         bead.points.dedup();
-        true
+        Some(i)
     })
 }
 
@@ -147,20 +155,66 @@ fn middle_of(line: &[DVec2]) -> Vec<DVec2> {
     line.first().copied().into_iter().collect()
 }
 
-/// Where the beads come nearest to the start of a way: bead, stretch, place.
-fn nearest(way: &[DVec2], beads: &[Bead]) -> Option<(usize, usize, DVec2)> {
-    let &start = way.first()?;
-    let stretches = beads.iter().enumerate().flat_map(|(i, bead)| {
-        let sides = bead.points.windows(2).enumerate();
-        sides.map(move |(k, side)| {
-            let share = nearest_share(start, side[0], side[1]);
-            (i, k, side[0].lerp(side[1], share))
-        })
-    });
-    stretches.min_by(|a, b| {
-        let away = |s: &(usize, usize, DVec2)| s.2.distance_squared(start);
-        away(a).total_cmp(&away(b))
-    })
+/// Stretches of a bead that one box of [`Boxes`] holds.
+const BOXED: usize = 32;
+
+/// Boxes round the beads, some stretches each: most lie too far from a place to be looked into.
+struct Boxes(Vec<Vec<[DVec2; 2]>>);
+
+impl Boxes {
+    fn new(beads: &[Bead]) -> Self {
+        Boxes(beads.iter().map(Self::round).collect())
+    }
+
+    fn round(bead: &Bead) -> Vec<[DVec2; 2]> {
+        let starts = (0..bead.points.len().saturating_sub(1)).step_by(BOXED);
+        let points = starts.map(|k| &bead.points[k..(k + BOXED + 1).min(bead.points.len())]);
+        points
+            .map(|points| {
+                points
+                    .iter()
+                    .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], &p| {
+                        [low.min(p), high.max(p)]
+                    })
+            })
+            .collect()
+    }
+
+    /// Takes a bead as it has become.
+    fn see(&mut self, index: usize, bead: &Bead) {
+        self.0[index] = Self::round(bead);
+    }
+
+    /// Where the beads come nearest to a place: bead, stretch, point of it; of equal ones the first.
+    fn nearest(&self, place: DVec2, beads: &[Bead]) -> Option<(usize, usize, DVec2)> {
+        let mut best: Option<(f64, (usize, usize, DVec2))> = None;
+        for (i, (bead, boxes)) in beads.iter().zip(&self.0).enumerate() {
+            for (n, &[low, high]) in boxes.iter().enumerate() {
+                let away = place.distance_squared(place.clamp(low, high));
+                // rounding of the foot below may bring it out of its box by less than this
+                if best.is_some_and(|(best, _)| away > best * (1.0 + 1e-9) + 1e-12) {
+                    continue;
+                }
+                let first = n * BOXED;
+                let past = (first + BOXED + 1).min(bead.points.len());
+                for (k, side) in bead.points[first..past].windows(2).enumerate() {
+                    let foot = side[0].lerp(side[1], nearest_share(place, side[0], side[1]));
+                    let away = foot.distance_squared(place);
+                    if best.is_none_or(|(best, _)| away < best) {
+                        best = Some((away, (i, first + k, foot)));
+                    }
+                }
+            }
+        }
+        best.map(|(_, found)| found)
+    }
+}
+
+/// Area of the smallest gap whose metal makes the shortest tail, or the shortest way there and back, mm².
+fn least_area(settings: &FillSettings) -> f64 {
+    let fastest = settings.paces.map_or(1.0, |p| p.fastest);
+    let least = settings.least_share().min(2.0 * LEAST_DETOUR / fastest);
+    least * settings.stepover * SHORTEST_TAIL * settings.width
 }
 
 /// The bead that fills a gap, if its metal has room there.
@@ -347,7 +401,8 @@ mod tests {
                 line: line.to_vec(),
                 area: 14.0 * width,
             };
-            let laid = detour(&gap, &mut beads, &links, &settings);
+            let boxes = Boxes::new(&beads);
+            let laid = detour(&gap, &mut beads, &boxes, &links, &settings).is_some();
             (laid, length(&beads[0].points) - 20.0)
         };
         // there and back at 3 mm, 0.7 of which must be missing: 1 mm of line is too short, then half of it, then all

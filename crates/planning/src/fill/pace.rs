@@ -9,10 +9,10 @@ use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::inset;
 use meltpath_geometry::raster::{Grid, Mask, rasterise};
-use meltpath_geometry::{Plane, Region};
+use meltpath_geometry::{Plane, Region, segments};
 use meltpath_toolpath::{Channel, Layer, Move, Pass};
 
-use crate::fill::outline::{nearest_share, turned};
+use crate::fill::outline::turned;
 use crate::fill::settings::{FillSettings, Paces, Spacing};
 
 /// Cells of the grid per bead width.
@@ -163,14 +163,12 @@ fn share_out(samples: &mut [Sample], grid: &Grid, fed: &Mask, settings: &FillSet
         // long ones in pieces: a box round a slanting line is mostly empty
         for piece in straight.chunks(2 * SAMPLES_PER_WIDTH as usize) {
             let (a, b) = (piece[0].a, piece[piece.len() - 1].b);
-            let index =
-                |x: f64, n: usize| (x / grid.cell).round().clamp(0.0, n as f64 - 1.0) as usize;
-            let low = a.min(b) - reach - grid.origin;
-            let high = a.max(b) + reach - grid.origin;
-            for iy in index(low.y, grid.ny)..=index(high.y, grid.ny) {
-                for ix in index(low.x, grid.nx)..=index(high.x, grid.nx) {
+            let way = b - a;
+            let square = way.length_squared();
+            for (iy, row) in grid.rows_beside(a, b, reach) {
+                for ix in row {
                     let p = grid.origin + DVec2::new(ix as f64, iy as f64) * grid.cell;
-                    let share = nearest_share(p, a, b);
+                    let share = segments::nearest_share((p - a).dot(way), square);
                     let away = p.distance_squared(a.lerp(b, share)) as f32;
                     let cell = &mut nearest[iy * grid.nx + ix];
                     if away < cell.0 {
@@ -182,12 +180,18 @@ fn share_out(samples: &mut [Sample], grid: &Grid, fed: &Mask, settings: &FillSet
             first += piece.len();
         }
     }
-    for iy in 0..grid.ny {
-        for ix in 0..grid.nx {
-            let (away, owner) = nearest[iy * grid.nx + ix];
-            let away = f64::from(away).sqrt();
+    // the runs of a row come in order: one look at each cell
+    for (iy, row) in nearest.chunks_exact(grid.nx).enumerate() {
+        let mut runs = fed.rows.get(iy).into_iter().flatten().peekable();
+        for (ix, &(away, owner)) in row.iter().enumerate() {
+            if away == f32::INFINITY {
+                continue;
+            }
+            while runs.next_if(|run| run.1 as usize <= ix).is_some() {}
+            let mut is_fed = || runs.peek().is_some_and(|run| run.0 as usize <= ix);
+            let away = f64::from(away);
             // beside a narrow section a bead feeds what it would anywhere
-            if away <= own || (away <= reach && fed.contains(ix, iy)) {
+            if away <= own * own || (away <= reach * reach && is_fed()) {
                 samples[owner as usize].room += grid.cell * grid.cell;
             }
         }

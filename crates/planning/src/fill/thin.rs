@@ -5,6 +5,7 @@ use meltpath_geometry::boolean::{PlanarError, difference};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::{MedialError, medial_axis};
 use meltpath_geometry::offset::{inset, outset};
+use meltpath_geometry::section::simplified;
 
 use crate::fill::bend::with_corners;
 use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
@@ -56,7 +57,9 @@ pub(crate) fn split(
             ..Split::default()
         });
     }
-    let skeleton = match medial_axis(region, width / 16.0) {
+    // arcs of an offset in fewer chords, half as far off as a centre line's moves may be: a diagram costs by the chord
+    let coarse = simplified(region, 0.5 * settings.facet());
+    let skeleton = match medial_axis(&coarse, width / 16.0) {
         Ok(axis) => Skeleton::new(axis),
         Err(trouble) => {
             return Ok(Split {

@@ -108,9 +108,21 @@ pub(super) struct FrictionKeys<'a> {
 }
 
 impl FrictionKeys<'_> {
-    /// The bias is of the printed law alone.
+    /// The bias is of the printed law alone; LuGre's stiction is what sliding falls from.
     pub(super) fn check(self) -> Option<Problem> {
-        let Self { bias, law, .. } = self;
+        let Self {
+            bias, law, coulomb, ..
+        } = self;
+        if let Some(FrictionTable::Lugre(f)) = &**law
+            && f.stiction.0 < coulomb.0
+        {
+            let message = format!("{} lies below {}", f.stiction.name, coulomb.name);
+            let help = format!(
+                "what holds at rest is no less than what holds sliding: is it what it holds beyond {}? add that, then",
+                coulomb.name
+            );
+            return Some(f.stiction.problem(message).help(help));
+        }
         let biased = bias.0 != 0.0 || bias.ends() != [0.0; 2];
         let problem = || {
             let message = format!("{} is of the Coulomb law alone", bias.name);

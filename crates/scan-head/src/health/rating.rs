@@ -111,6 +111,8 @@ enum Grows {
 struct Watched {
     /// Relative changes from which on to watch, and to intervene.
     limits: (f64, f64),
+    /// Changes are shares of the reference, and where that is smaller, of this.
+    floor: f64,
     grows: Grows,
     fault: &'static str,
     action: &'static str,
@@ -120,6 +122,7 @@ struct Watched {
 const fn either(limits: (f64, f64), fault: &'static str, action: &'static str) -> Watched {
     Watched {
         limits,
+        floor: 0.0,
         grows: Grows::Either,
         fault,
         action,
@@ -166,11 +169,15 @@ const LAG: Watched = growing(
     "changed gains or pre-filter, or a tired driver",
     "compare the controller's settings with the reference",
 );
-const OVERSHOOT: Watched = growing(
-    (0.20, 0.50),
-    "less damping: inertia, mode or gains changed",
-    "identify the axis again and tune it",
-);
+const OVERSHOOT: Watched = Watched {
+    // of an axis that hardly overshoots, points of the step: a share of next to nothing says nothing
+    floor: 10.0,
+    ..growing(
+        (0.20, 0.50),
+        "less damping: inertia, mode or gains changed",
+        "identify the axis again and tune it",
+    )
+};
 const RESPONSE: Watched = growing(
     (0.20, 0.50),
     "more friction or weaker drive",
@@ -180,10 +187,11 @@ const RESPONSE: Watched = growing(
 impl Watched {
     /// The drift of a quantity from the reference test to now.
     fn rate(&self, quantity: String, [reference, now]: [f64; 2]) -> Drift {
-        let change = if reference == 0.0 {
+        let base = reference.abs().max(self.floor);
+        let change = if base == 0.0 {
             0.0
         } else {
-            (now - reference) / reference.abs()
+            (now - reference) / base
         };
         let size = match self.grows {
             Grows::Either => change.abs(),
@@ -253,11 +261,10 @@ pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
                 both(|r| r.stage2.friction.viscous),
             ),
             ("largest lag", LAG, both(Km0Record::largest_lag)),
-            // in points of the change: a share of a share near zero says nothing
             (
                 "overshoot",
                 OVERSHOOT,
-                both(|r| 100.0 + r.mean_of_steps(|s| s.overshoot)),
+                both(|r| r.mean_of_steps(|s| s.overshoot)),
             ),
             (
                 "response time",

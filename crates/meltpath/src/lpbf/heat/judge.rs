@@ -80,6 +80,12 @@ pub fn check(
     .remedy(remedy);
     let check = match (worst, check.status) {
         (Some(worst), Status::Fail | Status::Warn) => unsaid(check, worst),
+        (_, Status::Pass | Status::Warn) if heat.cut => Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .because("only the first marks were followed by the heat engine")
+        .remedy("raise heat.marks, so that all of the layer is drawn"),
         _ => check,
     };
     match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {

@@ -1,4 +1,11 @@
-//! The surface that lines melt together: cells with the gaps between them filled.
+//! The surface that lines are to melt together: half a hatch beside them, and what they melt with the gaps between filled.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::raster::Grid;
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::pool::fusion::FusionMap;
+
+use super::lit;
 
 /// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
 pub(super) fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
@@ -9,6 +16,27 @@ pub(super) fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bo
         turned(&columns, ny)
     };
     grown(&grown(cells, true), false)
+}
+
+/// Marks the cells that lie within `reach` mm of a way drawn with light, and not beyond its ends.
+pub(super) fn beside(cells: &mut [bool], map: &FusionMap, path: &BeamPath, reach: f64) {
+    let grid = Grid {
+        origin: DVec2::from_array(map.origin) + 0.5 * map.cell,
+        cell: map.cell,
+        nx: map.cells[0],
+        ny: map.cells[1],
+    };
+    for [from, to] in lit(path) {
+        let [from, to] = [from, to].map(|p| DVec2::new(p.x, p.y));
+        let way = to - from;
+        for (iy, row) in grid.rows_beside(from, to, reach) {
+            for ix in row {
+                let place = grid.origin + DVec2::new(ix as f64, iy as f64) * grid.cell;
+                let along = (place - from).dot(way);
+                cells[iy * grid.nx + ix] |= (0.0..=way.length_squared()).contains(&along);
+            }
+        }
+    }
 }
 
 /// Rows of `width` in which the wanted cells have spread by `reach` cells to either side.

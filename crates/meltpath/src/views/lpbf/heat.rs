@@ -94,7 +94,7 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
         })
         .collect();
     let surface = format!(
-        "The surface, {:.3} mm², is what the commanded path melts through with the gaps between its lines.",
+        "The surface, {:.3} mm², is half a hatch beside the commanded lines and what these melt through, with the gaps between.",
         heat.surface
     );
     table.noted(&if numbers.is_empty() {

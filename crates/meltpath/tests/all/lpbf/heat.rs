@@ -1,4 +1,5 @@
 //! What the laser melts, from a job to the folder.
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -111,4 +112,62 @@ fn mistakes_are_named() {
                     .is_none()
         );
     }
+}
+
+/// One-way lines, as a layer file: the powder of a part that is drawn too faintly to melt counts, and all of each line is looked at.
+#[test]
+fn what_is_drawn_and_never_melts_counts_as_surface() {
+    let place = tempfile::tempdir().unwrap();
+    let job = JOB
+        .replace(
+            "[plate]\nblock = [1, 1]\nside = \"3 mm\"\nhatch = \"0.05 mm\"",
+            "[layers]\nhatch = \"0.05 mm\"",
+        )
+        .replace("[lpbf]", "[lpbf]\nlayers = \"two.csv\"");
+    let share = |powers: &[f64]| {
+        let mut rows = "kind,x_mm,y_mm,speed_mm_s,power_W,wait_s,part,layer,height_mm\n".to_owned();
+        for (part, power) in powers.iter().enumerate() {
+            let x = 2.0 * part as f64;
+            for line in 0..20 {
+                let y = 0.05 * f64::from(line);
+                writeln!(rows, "jump,{x},{y},,,,{part},1,0.02").unwrap();
+                writeln!(rows, "fill,{},{y},300,{power},,{part},1,0.02", x + 1.0).unwrap();
+            }
+        }
+        fs::write(
+            place.path().join("two.csv"),
+            rows.replacen("jump", "start", 1),
+        )
+        .unwrap();
+        let outcome = run(place.path(), &job, SOFT).unwrap();
+        let check = outcome
+            .verdict
+            .checks
+            .into_iter()
+            .find(|c| c.id == "fusion-1");
+        (check.unwrap(), outcome.folder)
+    };
+    let (good, folder) = share(&[70.0]);
+    let good = good.value.unwrap().value;
+    let (half, _) = share(&[70.0, 2.0]);
+    let value = half.value.clone().unwrap().value;
+    assert!(
+        good > 70.0 && (value - 0.5 * good).abs() < 5.0,
+        "{good} {value}"
+    );
+    assert_ne!(half.status, Status::Pass, "{half:?}");
+    // the map reaches beyond both ends of the lines
+    let map = fs::read_to_string(folder.join("fields/melted-1.vti")).unwrap_or_else(|_| {
+        String::from_utf8_lossy(&fs::read(folder.join("fields/melted-1.vti")).unwrap()).into_owned()
+    });
+    let cells = map
+        .split_once("WholeExtent=\"")
+        .unwrap()
+        .1
+        .split_once('"')
+        .unwrap()
+        .0;
+    let across: Vec<f64> = cells.split(' ').map(|n| n.parse().unwrap()).collect();
+    let spot = 0.07;
+    assert!(across[1] * 0.25 * spot > 1.2, "{cells}");
 }
