@@ -22,7 +22,7 @@ use crate::views;
 
 pub use corner::{deviation, relief};
 pub use file::CornerSetting;
-pub use file::{Scan, ScanFile, Setting};
+pub use file::{Scan, ScanFile, Setting, read as read_file};
 pub use found::{Found, Mean, Measured, MeasuredCorner};
 
 meltpath_base::passes_on! {
@@ -129,7 +129,7 @@ pub fn measure(
     );
     provenance.model(
         "sections",
-        "a parabola of least squares across the bead, areas by sums of trapezia between means of the points (after the thesis on wire-arc deposition, § 2.2.2)",
+        "widths where flanks meet the plate, each carried on from its lowest 60 % as a quadratic of height for the square of the distance; heights by a parabola through the middle 30 %; areas by sums of trapezia between means of the points; the parabola of least squares (the thesis on wire-arc deposition, § 2.2.2) tells the form",
     );
     provenance.model(
         "contact angles",
@@ -270,6 +270,7 @@ fn found(
             [|s: &Section| s.width, |s: &Section| s.height].map(|of| mean(&bead.sections, of));
         Measured {
             width,
+            width_sigma: width_sigma(&bead.sections, width[1]),
             height,
             at_rest: Capillary::of_size(scan.capillary_length, width[0], height[0]),
             area: mean(&bead.sections, |s| s.area),
@@ -323,6 +324,14 @@ fn counted(scan: &Scan, seen: &beads::Found) -> Result<(), MeasureError> {
         }
     }
     Ok(())
+}
+
+/// The standard uncertainty of the mean width of sections that scatters by `scatter`, mm.
+fn width_sigma(sections: &[Section], scatter: f64) -> f64 {
+    let n = sections.len() as f64;
+    let squares: f64 = sections.iter().map(|s| s.width_sigma[0].powi(2)).sum();
+    let carried = sections.iter().map(|s| s.width_sigma[1]).sum::<f64>() / n;
+    (scatter.max((squares / n).sqrt()) / n.sqrt()).hypot(carried)
 }
 
 fn mean(sections: &[Section], of: impl Fn(&Section) -> f64) -> Mean {

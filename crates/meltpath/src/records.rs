@@ -20,11 +20,11 @@ use meltpath_perception::arc::steady::{Cut, Mean, Piece, pieces, steady};
 use crate::cancel::{Stop, stops};
 use crate::outcome::RunFolder;
 use crate::views;
-use file::{Records, Setting};
+use file::Setting;
 use found::ByCircuit;
 use line::{Fitted, ends, span};
 
-pub use file::RecordsFile;
+pub use file::{Records, RecordsFile, read as read_file};
 pub use found::{Found, Recorded, Response, Told};
 
 /// Pieces of a record in plots and tables.

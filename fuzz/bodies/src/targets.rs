@@ -68,6 +68,8 @@ pub const TARGETS: &[Target] = &[
     settings::RECIPE,
     settings::MAPPING,
     settings::MEASUREMENTS,
+    settings::SCAN_FILE,
+    settings::RECORDS_FILE,
     clouds::PLY,
     clouds::LINES,
     records::CSV,

@@ -213,6 +213,8 @@ bodies!(
     recipe,
     mapping,
     measurements,
+    scan_file,
+    records_file,
     cloud_ply,
     cloud_lines,
     record_csv,

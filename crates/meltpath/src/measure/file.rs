@@ -140,11 +140,11 @@ fn check(file: &ScanFile) -> Vec<Problem> {
     ])
 }
 
-/// Reads a file.
+/// Reads the file of a scan, with the records of the torch that it names.
 ///
 /// # Errors
 /// [`JobError`]: everything wrong, each with its place.
-pub(super) fn read(path: &Path) -> Result<Scan, JobError> {
+pub fn read(path: &Path) -> Result<Scan, JobError> {
     let text = text_of(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     settings::parse(&text, check)

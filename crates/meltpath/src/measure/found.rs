@@ -24,6 +24,8 @@ pub struct Measured {
     pub bead: Bead,
     /// Width over its sections, mm.
     pub width: Mean,
+    /// Standard uncertainty of the mean width, mm: by scatter along the bead, and by what of its feet is not told from the plate.
+    pub width_sigma: f64,
     /// Height over its sections, mm.
     pub height: Mean,
     /// Area over its sections, mm².

@@ -50,12 +50,12 @@ pub(super) fn warn(beads: &[Measured], cloud: &Cloud, plate: &Plate, reporter: &
             reporter.warn(
                 "no-parabola",
                 format!(
-                    "bead {}: two thirds of width times height are {:+.0} % off the area, and points {:.0} % of the height off the parabola: its section is none",
+                    "bead {}: two thirds of width times height are {:+.0} % off the area, and points {:.0} % of the height off the parabola of least squares: its section is none",
                     k + 1,
                     100.0 * form,
                     100.0 * off
                 ),
-                "look at its section in the report: two beads that touch count as one; the area holds for any form, width and height are those of the parabola",
+                "look at its section in the report: two beads that touch count as one; width, height and area hold for any form of one bead",
             );
         }
     }
@@ -93,7 +93,7 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         let value = Measure::exact(off(one.1), "%");
         let title = "points off the parabola, of the bead's height";
         let check = Check::judge("form", title, value, Limit::AtMost(ROUND));
-        let remedy = "look at its section in the report: two beads that touch count as one, and width and height of what is no parabola say little";
+        let remedy = "look at its section in the report: two beads that touch count as one";
         checks.push(at(check.remedy(remedy), one));
     }
     if beads.is_empty() {

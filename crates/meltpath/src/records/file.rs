@@ -202,11 +202,11 @@ fn check(file: &RecordsFile) -> Vec<Problem> {
     problems
 }
 
-/// Reads a file.
+/// Reads the file of records; the records that it names are read when they are looked through.
 ///
 /// # Errors
 /// [`JobError`]: everything wrong, each with its place.
-pub(super) fn read(path: &Path) -> Result<Records, JobError> {
+pub fn read(path: &Path) -> Result<Records, JobError> {
     let text = text_of(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     settings::parse(&text, check)

@@ -28,6 +28,7 @@ fn sizes(found: &Found) -> Table {
                 ("sections", Cell::Number(b.bead.sections.len() as f64)),
                 ("width (mm)", Cell::Fixed(b.width[0], 2)),
                 ("± along it", Cell::Fixed(b.width[1], 2)),
+                ("± of the mean", Cell::Fixed(b.width_sigma, 2)),
                 ("height (mm)", Cell::Fixed(b.height[0], 2)),
                 ("± along it", Cell::Fixed(b.height[1], 2)),
                 ("area (mm²)", Cell::Fixed(b.area[0], 2)),
@@ -40,7 +41,7 @@ fn sizes(found: &Found) -> Table {
             ]
         }),
     )
-    .noted("Width and height are those of the parabola of least squares, over the middle 60 % of each bead. The area is measured without a form; form is how far two thirds of width times height are from it. The contact angle at rest is that of still liquid of the bead's width and height: the bead's own where its points follow that form.")
+    .noted("Over the middle 60 % of each bead: the width is told where its flanks meet the plate, the height on its top, the area under all points, whatever the form of its section; form is how far two thirds of width times height are from it. The contact angle at rest is that of still liquid of the bead's width and height: the bead's own where its points follow that form.")
 }
 
 /// Wire feed over travel speed, by the feed that was measured where one was.
@@ -173,16 +174,16 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
     folder.write("beads.csv", |w| {
         writeln!(
             w,
-            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,toe_angle_deg,contact_angle_deg,wire_feed_mm_s,travel_speed_mm_s,feed_over_travel,fed_mm2"
+            "bead,x_mm,y_mm,z_mm,length_mm,sections,width_mm,width_scatter_mm,width_sigma_mm,height_mm,height_scatter_mm,area_mm2,area_scatter_mm2,toe_angle_deg,contact_angle_deg,wire_feed_mm_s,travel_speed_mm_s,feed_over_travel,fed_mm2"
         )?;
         for (k, b) in found.beads.iter().enumerate() {
             let m = b.bead.middle;
             let setting = b.setting.map_or([f64::NAN; 2], |s| [s.feed(), s.travel_speed]);
             writeln!(
                 w,
-                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                 k + 1, m.x, m.y, m.z, b.bead.length, b.bead.sections.len(),
-                b.width[0], b.width[1], b.height[0], b.height[1], b.area[0], b.area[1],
+                b.width[0], b.width[1], b.width_sigma, b.height[0], b.height[1], b.area[0], b.area[1],
                 toe(b), contact(b), setting[0], setting[1], ratio(b), b.fed.unwrap_or(f64::NAN)
             )?;
         }

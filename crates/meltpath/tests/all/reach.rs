@@ -101,7 +101,11 @@ fn a_part_out_of_reach_fails_with_place_and_remedy() {
     let reach = check(&verdict, "reach");
     assert_eq!(reach.status, Status::Fail, "{reach:?}");
     assert!(reach.reason.contains("too far by"), "{reach:?}");
-    assert!(reach.remedy.as_ref().unwrap().contains("machine.place"));
+    let remedy = reach.remedy.as_ref().unwrap();
+    assert!(remedy.contains("machine.place"));
+    // what helps is said once
+    let said = format!("{} {remedy}", reach.reason);
+    assert_eq!(said.matches("move the part").count(), 1, "{said}");
     assert!(reach.place.as_ref().unwrap().position.is_some());
     assert_eq!(check(&verdict, "collision").status, Status::NotChecked);
 }

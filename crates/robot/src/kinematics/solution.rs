@@ -114,29 +114,29 @@ pub struct Solution {
     pub tightest: usize,
 }
 
-/// Why an arm cannot hold a pose, whatever its limits; distances in mm.
+/// Why an arm cannot hold a pose, whatever its limits; distances in mm. What helps, who asks knows: what may be moved, and where that is set.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Unreachable {
     /// Beyond the stretched arm.
-    #[error("too far by {by:.3} mm for the stretched arm: move the part nearer")]
+    #[error("too far by {by:.3} mm for the stretched arm")]
     TooFar {
         /// By how much.
         by: f64,
     },
     /// Nearer than the folded arm.
-    #[error("too near by {by:.3} mm for the folded arm: move the part away")]
+    #[error("too near by {by:.3} mm for the folded arm")]
     TooNear {
         /// By how much.
         by: f64,
     },
     /// Nearer to the first axis than the arm's plane.
-    #[error("too near to the first axis by {by:.3} mm: move the part away from it")]
+    #[error("too near to the first axis by {by:.3} mm")]
     BesideAxis {
         /// By how much.
         by: f64,
     },
     /// Within rounding of the border of reach, on its far side.
-    #[error("at the border of reach, to within rounding: move the part a little")]
+    #[error("at the border of reach, to within rounding")]
     AtBorder,
     /// A numeric search found nothing.
     #[error("no joint values were found by search; there may be some")]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use meltpath::fit::measurements;
-use meltpath::{job, start};
+use meltpath::{job, measure, records, start};
 use meltpath_base::Reporter;
 use meltpath_data::{energy, gases, materials, pools, process_maps, recipes, scan_heads, wires};
 use meltpath_deposition::consumable::{Gas, PoolFile, Wire, nearest_pool};
@@ -181,6 +181,50 @@ pub(super) const MAPPING: Target = text(
     |bytes| {
         with_text(bytes, |text| {
             let _ = Mapping::parse("fuzz.toml", text);
+        });
+    },
+);
+
+/// What `meltpath measure` reads of a scan, corners included.
+pub(super) const SCAN_FILE: Target = text(
+    "scan_file",
+    || {
+        vec![
+            b"scan = \"plate.ply\"\nwire = \"g3si-1.2\"\ngas = \"m21\"\nmode = \"cmt\"\n[[bead]]\nwire_feed = \"5 m/min\"\n\
+            travel_speed = \"0.4 m/min\"\nmeasured_feed = \"5.2 m/min\"\n"
+                .to_vec(),
+            b"scan = \"plate.xyz\"\nunit = \"in\"\nnear = \"0.1 mm\"\nevery = \"2 mm\"\n[[bead]]\nwire_feed = \"5 m/min\"\n\
+            travel_speed = \"0.4 m/min\"\ncorner = \"-135 deg\"\n"
+                .to_vec(),
+        ]
+    },
+    |bytes| {
+        in_file(bytes, ".toml", |path| {
+            if let Ok(scan) = measure::read_file(path) {
+                assert!(scan.near > 0.0 && scan.every > 0.0 && scan.unit > 0.0);
+                assert!(scan.corners.iter().all(|c| c.turn.is_finite()));
+            }
+        });
+    },
+);
+
+/// What `meltpath measure` reads of records of a deposit.
+pub(super) const RECORDS_FILE: Target = text(
+    "records_file",
+    || {
+        let head = "wire = \"er70s-6-0.9\"\ngas = \"m21\"\nmode = \"cmt\"\nmap = \"er70s-6-0.9-cmt-m21\"\nstabiliser = \"2 m/min\"\n";
+        let columns = "[columns]\ntime = \"t\"\nvoltage = \"U\"\ncurrent = { column = \"shunt\", unit = \"A\", scale = -1.0 }\nfeed = \"wire feed\"\n";
+        let record = "[[record]]\nfile = \"layer-01.csv\"\nwire_feed = \"6 m/min\"\ntravel_speed = \"0.6 m/min\"\n";
+        let by_layers =
+            "first_distance = \"15 mm\"\nlayer_height = \"1.2 mm\"\ngrowth = \"1.6 mm\"\n";
+        vec![
+            format!("{head}{columns}{record}distance = \"15 mm\"\n").into_bytes(),
+            format!("{head}{by_layers}{columns}{record}layer = 6\n").into_bytes(),
+        ]
+    },
+    |bytes| {
+        in_file(bytes, ".toml", |path| {
+            let _ = records::read_file(path);
         });
     },
 );

@@ -452,7 +452,13 @@ fn why(not: &NotHeld, table: &str) -> (String, String) {
             why.to_string(),
             match why {
                 Unreachable::TooFar { .. } => format!("move the part nearer: {file}"),
-                _ => format!("move the part: {file}"),
+                Unreachable::TooNear { .. } => format!("move the part away: {file}"),
+                Unreachable::BesideAxis { .. } => {
+                    format!("move the part away from the first axis: {file}")
+                }
+                Unreachable::AtBorder | Unreachable::NothingFound => {
+                    format!("move the part a little: {file}")
+                }
             },
         ),
         Why::Limit { joint, by } => (

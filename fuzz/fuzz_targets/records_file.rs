@@ -1,0 +1,3 @@
+#![no_main]
+
+meltpath_fuzz::target!("records_file");

@@ -1,0 +1,3 @@
+#![no_main]
+
+meltpath_fuzz::target!("scan_file");
