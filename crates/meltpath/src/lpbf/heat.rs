@@ -28,7 +28,7 @@ use meltpath_thermal::solver::source::Depth;
 
 use crate::job::lpbf::HeatTable;
 use crate::material::load;
-use beam::commanded;
+use beam::{commanded, lit};
 use meltpath_toolpath::Role;
 use surface::{beside, closed};
 
@@ -284,12 +284,6 @@ fn three<R: Send>(draw: impl Fn(&'static str, f64) -> R + Sync) -> [R; 3] {
         },
     );
     [second, third, fourth]
-}
-
-/// The ways that a path draws with light, from where to where.
-fn lit(path: &BeamPath) -> impl Iterator<Item = [&BeamPoint; 2]> {
-    let ways = path.points().windows(2).map(|w| [&w[0], &w[1]]);
-    ways.filter(|[from, _]| from.is_on())
 }
 
 /// The map round the commanded marks, nothing melted.

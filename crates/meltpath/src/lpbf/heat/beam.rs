@@ -104,6 +104,12 @@ pub(super) fn commanded(
     BeamPath::new(points)
 }
 
+/// The ways that a path draws with light, from where to where.
+pub(super) fn lit(path: &BeamPath) -> impl Iterator<Item = [&BeamPoint; 2]> {
+    let ways = path.points().windows(2).map(|w| [&w[0], &w[1]]);
+    ways.filter(|[from, _]| from.is_on())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

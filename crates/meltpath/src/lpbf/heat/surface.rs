@@ -5,7 +5,7 @@ use meltpath_geometry::raster::Grid;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::pool::fusion::FusionMap;
 
-use super::lit;
+use super::beam::lit;
 
 /// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
 pub(super) fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
