@@ -35,6 +35,8 @@ pub struct FromWalls {
     pub pieces: [FocusPiece; 2],
     /// Intercept, mm, and slope, mm/A, of the thickness on both sides of the sharpest focus.
     pub lines: [[f64; 2]; 2],
+    /// How many different currents each line rests on: of two the line goes through both, however far they are off.
+    pub currents: [usize; 2],
     /// Current of the sharpest focus, A.
     pub sharpest: f64,
     /// Scatter of the walls about the lines, one standard deviation, mm.
@@ -103,6 +105,7 @@ pub fn from_walls(walls: &[Wall], thickness: Thickness) -> Result<FromWalls, Wal
         slope: lines[k][1] / thickness.slope,
     };
     let pieces = [piece(0), piece(1)];
+    let falling = currents.iter().filter(|focus| **focus < sharpest).count();
     let calibration = FocusCalibration::new(pieces.to_vec()).map_err(|e| match e {
         FocusError::Width { focus, diameter } => WallsError::TooThin { focus, diameter },
         _ => WallsError::NoSharpest,
@@ -111,6 +114,7 @@ pub fn from_walls(walls: &[Wall], thickness: Thickness) -> Result<FromWalls, Wal
         calibration,
         pieces,
         lines,
+        currents: [falling, currents.len() - falling],
         sharpest,
         scatter: (squares / (walls.len() - 4) as f64).sqrt(),
     })

@@ -75,6 +75,16 @@ fn scatter(walls: &Walls, found: &FromWalls) -> Check {
     let title = "scatter of the walls about their lines, of their thickness";
     let value = Measure::exact(share, "%");
     let check = Check::judge("scatter", title, value, Limit::AtMost(SCATTER));
+    if check.status == Status::Pass && found.currents.contains(&2) {
+        // a wall that belongs to the other line, or is measured wrong, does not show
+        let check = Check {
+            status: Status::CannotSay,
+            ..check
+        };
+        return check
+            .because("the line on one side of the sharpest focus goes through its two walls, however far they are off")
+            .remedy("build a third wall on that side, with another focus current");
+    }
     check.remedy(
         "look at the walls farthest off in the report, measure them again, or build more of them",
     )

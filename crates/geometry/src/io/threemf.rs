@@ -10,6 +10,7 @@ mod limited;
 mod limits;
 mod model;
 mod package;
+mod volumes;
 mod write;
 
 use std::io::{Read, Seek};
@@ -27,12 +28,12 @@ pub use write::{MODEL_PART, PackageWriter, write_3mf, write_object};
 
 /// Reads every build item of a 3MF package as one mesh in millimetres, components and transforms applied.
 ///
-/// Warns where a build item is support, not part (`3mf-support-skipped`), and where an object also carries
-/// ready-made slices (`3mf-slices-ignored`). Vertices are kept as the file shares them.
+/// Warns where a build item is support, not part (`3mf-support-skipped`), or not to be printed (`3mf-unprintable-skipped`), where an object also
+/// carries ready-made slices (`3mf-slices-ignored`), and where a slicer's modifiers lie in it (`3mf-modifier-skipped`). Vertices are kept as the file shares them.
 ///
 /// # Errors
 /// See [`ThreeMfError`]: damaged or encrypted packages, required extensions that are not supported, XML or
-/// index errors with their byte position, missing or self-containing objects, zip bombs.
+/// index errors with their byte position, missing or self-containing objects, volumes that a slicer cuts out of a part, zip bombs.
 pub fn read_3mf(
     reader: impl Read + Seek,
     reporter: &Reporter,
@@ -50,6 +51,9 @@ pub fn read_3mf(
         let model = package.model(&part, observer)?;
         wanted.extend(model.paths());
         models.insert(part, model);
+    }
+    if let Some(model) = models.get_mut(&start) {
+        volumes::leave_out(&mut package, model, reporter)?;
     }
     instantiate(&models, &start, reporter)
 }

@@ -58,8 +58,8 @@ table! {
 
     /// A wall.
     pub struct FocusWall {
-        /// Current of the focus coil.
-        focus: Current => required;
+        /// Current of the focus coil, an ampere at most to either side.
+        focus: Current where within(-1.0, 1.0) => required;
         /// Its thickness as measured.
         measured: Length where positive => required;
     }

@@ -26,6 +26,18 @@ pub(super) fn instantiate(
     let mut made = Vec::new();
     let items = models.get(start).map_or(&[][..], |m| &m.items);
     for (k, item) in items.iter().enumerate() {
+        if !item.printable {
+            reporter.warn(
+                "3mf-unprintable-skipped",
+                format!(
+                    "build item {} (object {}) is switched off in its slicer: it was left out",
+                    k + 1,
+                    item.object
+                ),
+                "",
+            );
+            continue;
+        }
         let user = || format!("build item {}", k + 1);
         let (part, object) = placing.find(start, item, user)?;
         match object.kind {

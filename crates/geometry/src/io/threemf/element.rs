@@ -44,6 +44,8 @@ pub(super) struct Placed {
     pub(super) path: Option<String>,
     /// From the object to its container.
     pub(super) transform: DAffine3,
+    /// Whether a slicer's switch lets it be printed.
+    pub(super) printable: bool,
 }
 
 /// What is wrong with an element.
@@ -175,6 +177,7 @@ impl Attributes<'_, '_> {
             object: self.identifier("objectid")?,
             path,
             transform,
+            printable: self.text("printable")?.as_deref() != Some("0"),
         })
     }
 }
