@@ -330,7 +330,7 @@ fn remedies_of_a_laser_verdict_are_true() {
     let heat = job(
         "measured-350.toml",
         "fast.toml",
-        "[heat]\n[checks]\nfusion = \"85 %\"",
+        "[heat]\n[checks]\nfusion = \"75 %\"",
     );
     let heat = heat.replace("0.1 mm", "0.07 mm");
     let wide = "hatch = \"0.1 mm\"";
