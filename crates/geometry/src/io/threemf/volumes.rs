@@ -250,7 +250,7 @@ mod tests {
         let bytes = zip.finish().unwrap().into_inner();
         let reporter = Reporter::new();
         let read = read_3mf(Cursor::new(bytes), &reporter, &Silent);
-        let warned = reporter.warnings().into_iter().map(|w| w.code.to_string());
+        let warned = reporter.warnings().into_iter().map(|w| w.code);
         (read, warned.collect())
     }
 
