@@ -80,8 +80,12 @@ fn entry(data: &DataText) -> Entry {
         known.map(|parts| parts.join(", "))
     };
     let comment = || {
-        let first = data.text.lines().next()?;
-        first.strip_prefix("# ").map(str::to_owned)
+        let lines = data.text.lines().map_while(|l| l.strip_prefix("# "));
+        let whole = lines.collect::<Vec<_>>().join(" ");
+        // a sentence ends before a capital letter, not in "pp. 16"
+        let mut ends = whole.match_indices(". ").map(|(at, _)| at + 1);
+        let end = ends.find(|end| whole[*end..].trim_start().starts_with(char::is_uppercase));
+        Some(whole[..end.unwrap_or(whole.len())].to_owned()).filter(|s| !s.is_empty())
     };
     let what = text(&["name"]).or_else(|| text(&["robot", "name"]));
     Entry {
@@ -133,6 +137,9 @@ mod tests {
             let entries = listing.entries(Path::new("nowhere"));
             assert!(!entries.is_empty(), "{listing:?}");
             assert!(entries.iter().all(|e| !e.what.is_empty()), "{entries:?}");
+            // whole sentences, of files whose first line ends in the middle of one too
+            let cut = |e: &&Entry| e.what.ends_with("the") || e.what.contains(". The ");
+            assert!(!entries.iter().any(|e| cut(&e)), "{entries:?}");
         }
         let wires = Listing::Wires.entries(Path::new("nowhere"));
         assert!(wires.iter().any(|w| w.name == "er4043-1.2"));

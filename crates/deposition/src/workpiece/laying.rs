@@ -96,6 +96,8 @@ struct Spot {
     travelled: f64,
     /// The path's plane here: the centre less what the path moved towards or away from the metal.
     plane: DVec3,
+    /// Where the torch's axis through the centre meets the metal.
+    struck: DVec3,
 }
 
 /// The bead being laid.
@@ -250,6 +252,7 @@ impl<'a> Laying<'a> {
             axis: run.torch.axis,
             travelled: 0.0,
             plane: centre,
+            struck: centre,
         });
     }
 

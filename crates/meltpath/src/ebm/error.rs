@@ -30,8 +30,8 @@ pub enum EbmError {
     /// Charts that could not be computed.
     #[error(transparent)]
     Build(BuildError),
-    /// The simulation.
-    #[error(transparent)]
+    /// The simulation. Its step is the only one of its settings that a job gives freely, so its refusal names the key.
+    #[error("{0}{key}", key = key(.0))]
     Simulation(ChartSimulationError),
     /// Better speeds.
     #[error(transparent)]
@@ -82,6 +82,13 @@ pub enum EbmError {
 }
 
 stops!(EbmError);
+
+fn key(refusal: &ChartSimulationError) -> &'static str {
+    match refusal {
+        ChartSimulationError::Step { .. } => " (simulation.step; left out it is 2.5 µs)",
+        _ => "",
+    }
+}
 
 cancellable!(EbmError:
     BuildError => Build, BuildError::Solver(SolverError::Cancelled(c)) => c;

@@ -4,7 +4,7 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::ChartSet;
-use meltpath_thermal::charts::simulation::ChartSimulation;
+use meltpath_thermal::charts::simulation::{ChartSimulation, ChartSimulationError};
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
@@ -84,8 +84,7 @@ fn start<'a>(
         settings.job.simulation.voxel.0,
         settings.job.ebm.layer.0,
     );
-    let grid = Grid::covering(low, high, edge)
-        .map_err(meltpath_thermal::charts::simulation::ChartSimulationError::from)?;
+    let grid = Grid::covering(low, high, edge).map_err(ChartSimulationError::from)?;
     let mut simulation = charts.simulation(&grid, settings)?;
     simulation.set_state(|c| {
         if c.z > -settings.job.ebm.layer.0 || !below.is_metal([c.x, c.y]) {

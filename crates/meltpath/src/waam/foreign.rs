@@ -26,6 +26,7 @@ use crate::views::waam::sheet::operator_sheet;
 use crate::waam::deposit::metal::{self, Laid, against_part};
 use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
 use crate::waam::deposit::tube;
+use crate::waam::drive::lean::Lying;
 use crate::waam::drive::reach;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::travels;
@@ -162,6 +163,7 @@ fn arm_checks(
 ) -> Vec<Check> {
     let mut checks = reach::checks(along, commands, settings);
     checks.extend(fixed_torch_check(&[program::spoken(parsed)], settings));
+    checks.extend(Lying::of(commands, settings).and_then(|l| l.check(settings)));
     checks
 }
 
@@ -273,6 +275,7 @@ fn decide(
         }
     }
     let mut doubts = doubts(job, commands, settings);
+    doubts.extend(Lying::of(commands, settings).and_then(Lying::doubt));
     doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
     leave_undecided(checks, &doubts, commands, settings);
 }

@@ -26,7 +26,7 @@ use crate::views;
 use crate::views::waam::sheet::operator_sheet;
 use crate::waam::deposit::simulate::Simulation;
 use crate::waam::drive::film::Film;
-use crate::waam::drive::lean::Turned;
+use crate::waam::drive::lean::{Lying, Turned};
 use crate::waam::drive::reach;
 use crate::waam::drive::site::Site;
 use crate::waam::judge::checks::{build_facts, fixed_torch_check, plan_facts};
@@ -124,12 +124,16 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let along = reach::along(&programs.parsed, &commands, settings, metal, observer);
     observer.check()?;
     let turned = reach::turned(along.as_ref(), &commands);
-    let leaning: Vec<Doubt> = turned.iter().filter_map(Turned::doubt).collect();
+    // what nothing turns lies as the robot's file says, whether the arm reaches it or not
+    let lying = Lying::of(&commands, settings).filter(|_| turned.is_none());
+    let leaning = turned.iter().filter_map(Turned::doubt);
+    let leaning: Vec<Doubt> = leaning.chain(lying.and_then(Lying::doubt)).collect();
     doubt::undecided(&mut checks, &leaning);
     if let Some(standing) = doubt::of_standing_torch(&commands, settings) {
         doubt::undecided_under_torch(&mut checks, &leaning, standing);
     }
     checks.extend(turned.as_ref().map(|t| t.check(settings)));
+    checks.extend(lying.and_then(|l| l.check(settings)));
     let (written, check) = written(
         &loaded,
         &plan.toolpath,

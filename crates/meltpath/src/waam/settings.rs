@@ -28,7 +28,7 @@ use meltpath_robot::controller::Controller;
 use meltpath_toolpath::Weave;
 
 use self::bead::{datum, feed_response, with_unit};
-use self::machine::{Machine, nominal_distance};
+use self::machine::{Machine, nominal_distance, wire_length};
 pub use self::process::Borrowed;
 use self::process::Process;
 use self::sound::sound;
@@ -185,6 +185,10 @@ pub fn resolve(
     let fill = fill::filled(job, (&bead, step.value), &map, &mut r)?;
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
+    let robot = robot.map(|mut robot| {
+        wire_length(&mut robot, ctwd, reporter);
+        robot
+    });
     let surface = surface::asked(job, folder, (&bead, step.value), &mut r);
     check_distance(&job.checks, &machine.ctwd, ctwd)?;
     let limits = limits(&job.checks, ctwd, &mut r);

@@ -14,6 +14,7 @@ pub mod plan;
 mod pores;
 pub(super) mod run;
 pub(crate) mod thickness;
+mod under;
 pub(crate) mod wall;
 
 use std::path::{Path, PathBuf};

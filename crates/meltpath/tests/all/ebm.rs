@@ -253,7 +253,14 @@ fn what_cannot_be_is_refused_with_its_place() {
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
     // a step in which a voxel would melt whole
     let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);
-    says(&refusal(&file), &["loses the phase change"]);
+    says(
+        &refusal(&file),
+        &[
+            "simulation.step",
+            "loses the phase change",
+            "left out it is",
+        ],
+    );
     // charts that are cut short, and what is none
     for (bytes, said) in [(&b"MELT"[..], "cut"), (&b"no chart at all"[..], "none")] {
         std::fs::write(dir.path().join("a.melt"), bytes).unwrap();

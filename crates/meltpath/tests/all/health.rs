@@ -286,17 +286,28 @@ fn friction_of_any_law_grows_and_what_is_not_there_is_refused() {
             _ => line,
         })
         .collect();
-    let law = "[y.friction]\nkind = \"karnopp\"\nstiction = { value = \"10 µN·m\", source = \"a guess\" }\n\
-        rest = { value = \"0.001 rad/s\", source = \"a guess\" }\n";
-    let file = dir.path().join("own.toml");
-    fs::write(&file, format!("{}\n{law}", head.join("\n"))).unwrap();
-    let tested = |change: &[&str]| {
-        let subject = Subject::find("own", &file.display().to_string(), "y").unwrap();
-        let bench = Bench::Simulated(change.iter().map(|c| (*c).to_owned()).collect());
-        let (history, when) = (dir.path().join("history"), at("2026-01-05T08:00:00Z"));
-        test(&subject, &bench, &history, &when, &Reporter::new())
-    };
-    tested(&[]).unwrap();
-    let worn = tested(&["coulomb=3"]).unwrap();
-    assert_eq!(worn.rating, Rating::Intervene, "{:?}", worn.drifts);
+    let laws = [
+        "kind = \"karnopp\"\nstiction = { value = \"10 µN·m\", source = \"a guess\" }\n\
+         rest = { value = \"0.001 rad/s\", source = \"a guess\" }\n",
+        "kind = \"lugre\"\nstiction = { value = \"95 µN·m\", source = \"a guess\" }\n\
+         stribeck = { value = \"0.5 rad/s\", source = \"a guess\" }\n\
+         stiffness = { value = \"0.05 N·m/rad\", source = \"a guess\" }\n\
+         damping = { value = \"1e-6 N·m·s/rad\", source = \"a guess\" }\n",
+    ];
+    for (n, law) in laws.iter().enumerate() {
+        let file = dir.path().join(format!("own-{n}.toml"));
+        fs::write(&file, format!("{}\n[y.friction]\n{law}", head.join("\n"))).unwrap();
+        let tested = |change: &[&str]| {
+            let subject = Subject::find("own", &file.display().to_string(), "y").unwrap();
+            let bench = Bench::Simulated(change.iter().map(|c| (*c).to_owned()).collect());
+            let history = dir.path().join(format!("history-{n}"));
+            let when = at("2026-01-05T08:00:00Z");
+            test(&subject, &bench, &history, &when, &Reporter::new())
+        };
+        tested(&[]).unwrap();
+        let worn = tested(&["coulomb=3"]).unwrap();
+        assert_eq!(worn.rating, Rating::Intervene, "{law}{:?}", worn.drifts);
+        let coulomb = worn.drifts.iter().find(|d| d.quantity == "Coulomb torque");
+        assert_eq!(coulomb.unwrap().rating, Rating::Intervene, "{law}");
+    }
 }

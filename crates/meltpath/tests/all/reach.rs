@@ -93,6 +93,57 @@ fn multiaxis_ma9_a_job_that_names_a_robot_is_judged() {
     );
 }
 
+/// Beads are measured level: on a table that leans flat layers are not decided about, planned here or read from a program.
+#[test]
+fn flat_layers_on_a_table_that_leans_cannot_be_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let machine = measured(dir.path());
+    let robot = std::fs::read_to_string(dir.path().join("robot.toml")).unwrap();
+    let leaning = robot + "angles = [\"0 deg\", \"20 deg\", \"0 deg\"]\n";
+    std::fs::write(dir.path().join("robot.toml"), leaning).unwrap();
+    let (silent, folder) = verdict(dir.path(), machine);
+    let (file, _) = program(&folder);
+    let read = simulate_program(
+        &file,
+        Some(&job(dir.path(), machine)),
+        NextIn(&dir.path().join("read")),
+        &Silent,
+    );
+    for told in [&silent, &read.unwrap().verdict] {
+        let tilt = check(told, "tilt");
+        assert_eq!(tilt.status, Status::CannotSay, "{tilt:?}");
+        assert!((tilt.value.as_ref().unwrap().value - 20.0).abs() < 1e-9);
+        let metal = check(told, "ctwd-min");
+        assert_eq!(metal.status, Status::CannotSay, "{metal:?}");
+        assert!(metal.reason.contains("20.0 deg from level"), "{metal:?}");
+    }
+    let limits = format!("{machine}\n[checks]\ntilt = \"10 deg\"");
+    let (limited, _) = verdict(dir.path(), &limits);
+    assert_eq!(check(&limited, "tilt").status, Status::Fail);
+}
+
+/// The arm stands as near as the job's contact tube distance asks, however long the wire of its file is.
+#[test]
+fn collisions_are_looked_for_at_the_distance_of_the_job() {
+    let dir = tempfile::tempdir().unwrap();
+    let machine = measured(dir.path());
+    let at = |more: &str| {
+        let (verdict, _) = verdict(dir.path(), &format!("{machine}{more}"));
+        let collision = check(&verdict, "collision").value.as_ref().unwrap().value;
+        let told = verdict.warnings.iter().any(|w| w.code == "robot-wire");
+        (collision, told)
+    };
+    let (far, silent) = at("");
+    let (near, told) = at("\nctwd = \"11 mm\"\n[checks]\nctwd_min = \"5 mm\"");
+    assert!(told && !silent);
+    // the nozzle is the nearest and ends with the tube: it comes nearer by what the wire is shorter, less what layers are lower that a
+    // nearer tube feeds less for
+    assert!(
+        near < 11.0 && (2.0..4.5).contains(&(far - near)),
+        "{far} {near}"
+    );
+}
+
 #[test]
 fn a_part_out_of_reach_fails_with_place_and_remedy() {
     let dir = tempfile::tempdir().unwrap();

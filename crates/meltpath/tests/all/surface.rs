@@ -470,6 +470,38 @@ fn metal_of_a_leaning_wall_stands_along_the_torch() {
     assert!(ran.folder.join("fields/beads.vtp").exists());
 }
 
+/// A wall of 60 mm on a plate of 40, and one whose base lies half way up: neither passes.
+#[test]
+fn a_wall_beyond_its_plate_fails_and_one_half_in_its_base_is_told() {
+    let of = |extra: &str| {
+        let dir = tempfile::tempdir().unwrap();
+        sheet(dir.path(), &leaning(0.0, 16.0));
+        let file = job(
+            dir.path(),
+            "sheet.stl",
+            "1.48 mm",
+            &format!("{extra}{BEAD}"),
+        );
+        Ran::of(&file, dir)
+    };
+    let small = of("[substrate]\nsize = [\"40 mm\", \"40 mm\"]\n");
+    let plate = small.check("plate");
+    assert_eq!(plate.status, Status::Fail, "{plate:?}");
+    // half of what the wall is longer, and half a bead
+    let beyond = plate.value.as_ref().unwrap().value;
+    assert!((12.0..14.0).contains(&beyond), "{beyond}");
+    let large = of("[substrate]\nsize = [\"80 mm\", \"40 mm\"]\n");
+    assert_eq!(large.check("plate").status, Status::Pass);
+    assert!(large.verdict.checks.iter().all(|c| c.id != "in-base"));
+
+    let sunk = of("[surface.base]\norigin = [\"0 mm\", \"0 mm\", \"8 mm\"]\n");
+    let told = sunk.check("in-base");
+    assert_eq!(told.status, Status::Warn, "{told:?}");
+    assert!((told.value.as_ref().unwrap().value - 50.0).abs() < 1e-6);
+    let root = of("[surface.base]\norigin = [\"0 mm\", \"0 mm\", \"0.5 mm\"]\n");
+    assert_eq!(root.check("in-base").status, Status::Pass);
+}
+
 #[test]
 fn metal_beside_the_torch_cannot_be_said() {
     let dir = tempfile::tempdir().unwrap();

@@ -204,11 +204,24 @@ impl SaidProfile {
         }
         all.extend(self.unknown());
         let shapes = all.into_iter().map(|what| (what, true));
-        let jumps = self.jump_speed.map(|_| {
-            let what = "its jumpspeed is left to the recipe".to_owned();
-            (what, false)
-        });
-        shapes.chain(jumps).collect()
+        let left = [
+            (
+                self.jump_speed.is_some(),
+                "its jumpspeed is left to the recipe",
+            ),
+            (
+                self.power.is_none(),
+                "it says no laserpower: that of the recipe is taken",
+            ),
+            (
+                self.laser_speed.is_none(),
+                "it says no laserspeed: that of the recipe is taken",
+            ),
+        ];
+        let left = left.into_iter().filter(|(so, _)| *so);
+        shapes
+            .chain(left.map(|(_, what)| (what.to_owned(), false)))
+            .collect()
     }
 
     fn unknown(&self) -> impl Iterator<Item = String> {

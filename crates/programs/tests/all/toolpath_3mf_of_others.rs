@@ -328,8 +328,13 @@ fn lasers_at_the_same_time_are_refused() {
     let (layer, found) = refused(&hatch(2));
     // a top of 50 hundredths of a centimetre
     assert_eq!(layer.unwrap().height, 5.0);
-    assert_eq!(found.len(), 1);
+    assert_eq!(found.len(), 2);
     assert!(found[0].what.contains("laserfocus of 0.5 mm"), "{found:?}");
+    assert!(
+        found[1].what.contains("no laserpower: that of the recipe"),
+        "{found:?}"
+    );
+    assert!(found[0].shapes && !found[1].shapes);
 }
 
 /// A megabyte of blanks packs to a thousandth: a real layer does not.

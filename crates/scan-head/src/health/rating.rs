@@ -281,3 +281,26 @@ pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
     });
     drifts
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Overshoot, in percent of the step: of an axis with much of it a share of it, of one with next to none points. Less is no fault.
+    #[test]
+    fn overshoot_is_rated_by_itself_and_in_points_where_there_is_next_to_none() {
+        for (reference, now, change, rating) in [
+            (0.0, 11.0, 1.1, Rating::Intervene),
+            (0.0, 1.5, 0.15, Rating::Good),
+            (2.0, 5.0, 0.3, Rating::Watch),
+            (40.0, 45.0, 0.125, Rating::Good),
+            (40.0, 50.0, 0.25, Rating::Watch),
+            (40.0, 65.0, 0.625, Rating::Intervene),
+            (40.0, 10.0, -0.75, Rating::Good),
+        ] {
+            let drift = OVERSHOOT.rate("overshoot".to_owned(), [reference, now]);
+            assert!((drift.change - change).abs() < 1e-12, "{drift:?}");
+            assert_eq!(drift.rating, rating, "{drift:?}");
+        }
+    }
+}

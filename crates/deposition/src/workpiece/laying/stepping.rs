@@ -31,7 +31,7 @@ impl Laying<'_> {
         let Some(patch) = &mut run.patch else {
             return nominal;
         };
-        let (_, window) = window_at(&self.bead, &self.settings, patch, at.tool);
+        let (_, window) = window_at(&self.bead, &self.settings, patch, (at.tool, at.tool));
         let over = patch.over(&self.voxels, (at.tool, at.axis), &window, nominal);
         nominal + over.min(nominal)
     }
@@ -135,15 +135,18 @@ impl Laying<'_> {
     /// One step of the molten zone.
     fn level(&mut self, run: &mut Bead, heading: DVec3, local: LocalFeed, model: &Levelling) {
         let pool = self.pool.at_feed(local.ratio, local.wide);
+        let over = run.over_or_0();
         let (Some(&from), Some(patch)) = (run.trail.back(), &mut run.patch) else {
             return;
         };
         let axis = run.torch.axis;
         let centre = run.torch.tool - pool.offset * heading;
-        let (at, window) = window_at(&self.bead, &self.settings, patch, centre);
+        // columns lean against the torch by up to a patch's turn: the arc strikes the metal aside of what lies under the wire's tip
+        let struck = centre - over * axis;
+        let (at, window) = window_at(&self.bead, &self.settings, patch, (centre, struck));
         let reach = 1.5 * self.pool.half_width + 3.0 * patch.columns.side;
         let around = DVec2::splat(reach);
-        let start = patch.local(from.centre).truncate();
+        let start = patch.local(from.struck).truncate();
         let (lo, hi) = (start.min(at.truncate()), start.max(at.truncate()));
         patch.read(&self.voxels, (lo - around, hi + around), &window);
         let free = patch.is_void(at.truncate());
@@ -169,6 +172,7 @@ impl Laying<'_> {
             axis,
             travelled: from.travelled + step,
             plane: centre - run.drift * axis,
+            struck: centre - run.over * axis,
         };
         let (before, now) = (station(patch, &from), station(patch, &spot));
         let mut bead = self.local_bead(local);
@@ -213,8 +217,9 @@ impl Laying<'_> {
             axis: run.torch.axis,
             travelled: run.travelled,
             plane: centre,
+            struck: centre,
         };
-        let (at, window) = window_at(&self.bead, &self.settings, patch, centre);
+        let (at, window) = window_at(&self.bead, &self.settings, patch, (centre, centre));
         let now = station(patch, &spot);
         // the box of the pool, and a column more
         let (back, ahead) = (
@@ -288,7 +293,8 @@ impl Laying<'_> {
         let (Some(patch), Some(spot)) = (&mut run.patch, run.trail.back()) else {
             return;
         };
-        let (_, window) = window_at(&self.bead, &self.settings, patch, spot.centre);
+        let spots = (spot.centre, spot.struck);
+        let (_, window) = window_at(&self.bead, &self.settings, patch, spots);
         let reach = self.settings.nominal_ctwd;
         let over = patch.over(&self.voxels, (spot.centre, spot.axis), &window, reach);
         let ground = spot.centre - over * spot.axis;
@@ -333,7 +339,7 @@ impl Bead {
 
 /// A place of the pool in the patch's frame.
 fn station(patch: &Patch, spot: &Spot) -> Station {
-    let at = patch.local(spot.centre);
+    let at = patch.local(spot.struck);
     let [x, y, _] = patch.columns.axes;
     let heading = DVec2::new(spot.heading.dot(x), spot.heading.dot(y));
     Station {
@@ -365,14 +371,14 @@ fn window(
     }
 }
 
-/// Where a pool's centre lies in a patch, and its window there.
+/// Where a pool strikes in a patch, at the height of the wire's tip, and its window there.
 fn window_at(
     bead: &crate::bead::BeadModel,
     settings: &crate::deposit::Settings,
     patch: &Patch,
-    centre: DVec3,
+    (centre, struck): (DVec3, DVec3),
 ) -> (DVec3, Window) {
-    let at = patch.local(centre);
-    let ground = patch.ground(at.truncate());
-    (at, window(bead, settings, at.z, ground))
+    let (tip, at) = (patch.local(centre).z, patch.local(struck).truncate());
+    let ground = patch.ground(at);
+    (at.extend(tip), window(bead, settings, tip, ground))
 }

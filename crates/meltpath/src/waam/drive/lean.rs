@@ -1,9 +1,12 @@
 //! How the torch leans against gravity: what of it is judged, and how it leans where track and positioner move.
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_geometry::math::DVec3;
+use meltpath_robot::cell::{Arrangement, Values};
 use meltpath_robot::posture::Lean;
 
 use crate::waam::judge::doubt::Doubt;
+use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
 
 pub(in crate::waam) const ID: &str = "tilt";
@@ -48,6 +51,48 @@ impl Turned {
                 self.place
             ),
             remedy: "machine.external = \"standing\", or the part elsewhere: machine.place".to_owned(),
+        })
+    }
+}
+
+/// How far flat layers lie from level, rad: as the table lies and a positioner turns it, or as the torch stands over a part that the robot holds.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::waam) struct Lying(f64);
+
+impl Lying {
+    /// Of moves over a part that the robot's file places; nothing of a job that names no robot.
+    pub(in crate::waam) fn of(moves: &Commands, settings: &Settings) -> Option<Self> {
+        let cell = settings.robot.as_ref()?;
+        let rest = cell.at_rest();
+        let lies = |values: &Values| {
+            let frames = cell.frames(values);
+            let axis = match cell.arrangement {
+                Arrangement::PartOnRobot => frames.wire_tip.tool_axis(),
+                Arrangement::TorchOnRobot => frames.part.orientation * DVec3::Z,
+            };
+            axis.angle_between(DVec3::Z)
+        };
+        let axes = moves.external.iter();
+        let moved = axes.flat_map(|axes| std::iter::once(&axes.start).chain(&axes.ends));
+        let moved = moved.map(|external| lies(&Values::of(rest.arm, *external)));
+        let most = moved.reduce(f64::max);
+        Some(Lying(most.unwrap_or_else(|| lies(&rest))))
+    }
+
+    /// It, judged; nothing where layers lie as level as the beads that were measured and the job writes no limit.
+    pub(in crate::waam) fn check(self, settings: &Settings) -> Option<Check> {
+        let told = self.0 > LEVEL || settings.limits.tilt.is_some();
+        told.then(|| check(self.0, None, settings))
+    }
+
+    /// Beads of flat layers that lean farther than those that were measured.
+    pub(in crate::waam) fn doubt(self) -> Option<Doubt> {
+        (self.0 > LEVEL).then(|| Doubt {
+            reason: format!(
+                "layers lie up to {:.1} deg from level, as the robot's file places table, part and torch, and beads were measured level",
+                self.0.to_degrees()
+            ),
+            remedy: "a level table ([table] of the robot's file), or a positioner that turns the part level".to_owned(),
         })
     }
 }

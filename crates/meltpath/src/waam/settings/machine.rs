@@ -45,7 +45,6 @@ pub(in crate::waam) fn load(
     let robot = robot.map(|(robot, text)| {
         text.warn(robots::ALL, reporter);
         own.extend(text.file.is_some().then_some(text));
-        wire_length(&robot, nominal_distance(&cell), reporter);
         r.model(
             "robot arm",
             "closed forms after Brandstötter, Angerer, Hofbaur 2014 (spherical wrists) and of our own (offset wrists); CONFIG as FANUC's off-line controller shows it",
@@ -127,15 +126,17 @@ pub(in crate::waam) fn nominal_distance(cell: &Cell) -> f64 {
     cell.program.contact_tube_distance.0
 }
 
-/// Programs hold the wire's tip at the nominal distance: so must the robot's torch.
-fn wire_length(robot: &robot::Cell, nominal: f64, reporter: &Reporter) {
+/// The wire of a job ends `ctwd` mm from the contact tube, and its programs lead that end: so the arm is followed, however long the wire is in the
+/// robot's file.
+pub(in crate::waam) fn wire_length(robot: &mut robot::Cell, ctwd: f64, reporter: &Reporter) {
     const SAME: f64 = 0.5;
-    let wire = robot.torch_from_wire_tip.position.z;
-    if (wire - nominal).abs() > SAME {
+    let wire = &mut robot.torch_from_wire_tip.position.z;
+    if (*wire - ctwd).abs() > SAME {
         reporter.warn(
             "robot-wire",
-            format!("the robot's torch ends {wire:.1} mm behind its wire's tip, the cell's tool frame {nominal:.1} mm"),
-            "write the same in torch.wire of the robot's file and program.contact_tube_distance of the cell's",
+            format!("the torch of the robot's file ends {wire:.1} mm behind its wire's tip, the job works at {ctwd:.1} mm: the arm is followed with a wire so long"),
+            "set the controller's tool frame to the wire's tip at that distance, and write it in torch.wire of the robot's file and program.contact_tube_distance of the cell's",
         );
     }
+    *wire = ctwd;
 }

@@ -57,11 +57,22 @@ pub(in crate::waam) fn stands(
     }
 }
 
-/// The plate under a base or a body; nothing where there is none.
-fn plate(plan: &SurfacePlan, body: Option<&Mesh>, settings: &Settings) -> Option<Mesh> {
-    if settings.plate_thickness <= 0.0 {
-        return None;
-    }
+/// How far what stands on a plate spreads over it.
+pub(super) struct Spread {
+    /// A place on the plate's top, mm.
+    pub(super) top: DVec3,
+    /// Away from the plate.
+    up: DVec3,
+    /// Along its sides.
+    pub(super) ways: [DVec3; 2],
+    /// The middle along these from that place, mm: the plate's.
+    pub(super) middle: [f64; 2],
+    /// Half of what it spreads over, mm.
+    half: [f64; 2],
+}
+
+/// How far passes and a body spread over the plate below; nothing where there is nothing.
+pub(super) fn spread(plan: &SurfacePlan, body: Option<&Mesh>) -> Option<Spread> {
     let (top, up) = match &plan.ground {
         Ground::Base(Base::Plane { origin, normal }) => (*origin, normal.normalize_or(DVec3::Z)),
         Ground::Base(Base::Cylinder { .. }) | Ground::Body(_) => (DVec3::ZERO, DVec3::Z),
@@ -83,14 +94,27 @@ fn plate(plan: &SurfacePlan, body: Option<&Mesh>, settings: &Settings) -> Option
             (each(f64::min, low), each(f64::max, high))
         },
     );
-    if low[0] > high[0] {
+    (low[0] <= high[0]).then(|| Spread {
+        top,
+        up,
+        ways: [u, v],
+        middle: [0, 1].map(|i| 0.5 * (low[i] + high[i])),
+        half: [0, 1].map(|i| 0.5 * (high[i] - low[i])),
+    })
+}
+
+/// The plate under a base or a body; nothing where there is none.
+fn plate(plan: &SurfacePlan, body: Option<&Mesh>, settings: &Settings) -> Option<Mesh> {
+    if settings.plate_thickness <= 0.0 {
         return None;
     }
+    let on = spread(plan, body)?;
+    let ([u, v], up) = (on.ways, on.up);
     let half = |i: usize| match settings.plate {
         Some(size) => 0.5 * size[i],
-        None => 0.5 * (high[i] - low[i]) + AROUND,
+        None => on.half[i] + AROUND,
     };
-    let middle = top + 0.5 * (low[0] + high[0]) * u + 0.5 * (low[1] + high[1]) * v;
+    let middle = on.top + on.middle[0] * u + on.middle[1] * v;
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     let corner = |(a, b): (f64, f64)| middle + a * half(0) * u + b * half(1) * v;
     let under = -settings.plate_thickness * up;

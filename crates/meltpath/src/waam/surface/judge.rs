@@ -8,6 +8,7 @@ use meltpath_robot::Summary;
 use meltpath_robot::cell::Arrangement;
 
 use super::plan::{Ground, SurfacePlan};
+use super::under::{base_check, plate_check};
 use super::{Asked, onto};
 use crate::waam::drive::lean::{self, Turned};
 use crate::waam::judge::checks::wire_used;
@@ -32,6 +33,8 @@ pub(super) fn checks(
             let mut checks = vec![spacing(plan, asked)];
             checks.extend(hanging(&plan.passes));
             checks.push(unreached(plan));
+            checks.extend(base_check(plan));
+            checks.extend(plate_check(plan, asked.spacing, settings));
             checks.extend(opening(plan));
             checks
         }

@@ -6,11 +6,12 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_deposition::workpiece::{Laid, Loose, Support};
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
-use meltpath_planning::surface::torch_axes;
+use meltpath_planning::surface::{TorchRule, torch_axes};
 
 use super::grow::{Grown, Metal, outcomes, tube_place};
-use super::onto;
 use super::plan::{Ground, SurfacePlan};
+use super::{Asked, Shape, onto};
+use crate::job::waam::SurfaceStrategyChoice;
 use crate::waam::deposit::tube;
 use crate::waam::judge::doubt::{self, AHEAD, ASIDE, Doubt};
 use crate::waam::judge::{TubePlace, layer_checks};
@@ -100,8 +101,8 @@ fn loose(laid: &Laid, commands: &Commands, limit: f64) -> Check {
 /// What the finer voxels say; what the coarser ones differ by is part of its uncertainty.
 fn converged(fine: Check, coarse: &[Check], (ground, settings): (&Ground, &Settings)) -> Check {
     let advice = match ground {
-        Ground::Base(_) => remedy(&fine.id),
-        Ground::Body(_) => onto::remedy(&fine.id, settings.surface.as_ref()),
+        Ground::Base(_) => remedy(&fine.id, settings.surface.as_ref()),
+        Ground::Body(_) => onto::remedy(&fine.id, settings.surface.as_ref()).to_owned(),
     };
     let other = coarse.iter().find(|c| c.id == fine.id);
     let other = other.and_then(|c| c.value.as_ref());
@@ -130,24 +131,58 @@ fn converged(fine: Check, coarse: &[Check], (ground, settings): (&Ground, &Setti
     check.remedy(advice)
 }
 
-/// What mends a check of the metal.
-fn remedy(id: &str) -> &'static str {
-    match id {
-        "height" => {
-            "layers.height = \"auto\", or the height corrected at the machine every few passes"
-        }
-        "flatness" => "surface.strategy = \"distance\": passes then lie evenly",
-        "accumulation" => "more machine.smoothing where the torch waits at corners",
-        "loose" => {
-            "surface.torch = \"tangent\", a smaller layers.height, or the bead begun on metal"
-        }
-        "ctwd-known" => {
-            "layers.height = \"auto\", and surface.strategy = \"distance\"; or measure the wire feed at that distance, and extend [feed_response] of the process map"
-        }
-        _ => {
-            "layers.height = \"auto\", surface.strategy = \"distance\", or a machine.ctwd farther from the limit"
-        }
-    }
+/// What mends a check of the metal: of all that would, what the job does not do already.
+fn remedy(id: &str, asked: Option<&Asked>) -> String {
+    let height = asked.is_none_or(|asked| !asked.grows);
+    let even = asked.is_none_or(|asked| match &asked.shape {
+        Shape::Wall(wall) => wall.strategy != SurfaceStrategyChoice::Distance,
+        Shape::Onto(_) => true,
+    });
+    let tangent = asked.is_none_or(|asked| asked.torch != TorchRule::Tangent);
+    let height = (height, "layers.height = \"auto\"");
+    let even = (
+        even,
+        "surface.strategy = \"distance\", whose passes lie evenly",
+    );
+    let tangent = (tangent, "surface.torch = \"tangent\"");
+    let all: &[(bool, &str)] = match id {
+        "height" => &[
+            height,
+            (true, "the height corrected at the machine every few passes"),
+        ],
+        "flatness" => &[
+            even,
+            (
+                true,
+                "an open wall longer than the part, whose ends are cut off",
+            ),
+            (true, "the height corrected at the machine every few passes"),
+        ],
+        "accumulation" => &[(
+            true,
+            "more machine.smoothing where the torch waits at corners",
+        )],
+        "loose" => &[
+            tangent,
+            (true, "a smaller layers.height"),
+            (true, "the bead begun on metal"),
+        ],
+        "ctwd-known" => &[
+            height,
+            even,
+            (
+                true,
+                "the wire feed measured at that distance, in [feed_response] of the process map",
+            ),
+        ],
+        _ => &[
+            height,
+            even,
+            (true, "a machine.ctwd farther from the limit"),
+        ],
+    };
+    let open = all.iter().filter(|(open, _)| *open).map(|(_, what)| *what);
+    open.collect::<Vec<_>>().join("; or ")
 }
 
 /// What keeps the metal from being decided about.
@@ -226,4 +261,45 @@ pub(super) fn facts(
     let distances = laid.path.iter().map(|p| p.ctwd).collect();
     let tube = tube::distribution(&layers, distances);
     std::iter::once(balance).chain(tube).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::waam::surface::{BaseAsked, WallAsked};
+
+    /// What a job does already would mend nothing.
+    #[test]
+    fn no_remedy_is_what_the_job_says_already() {
+        let asked = |grows: bool, strategy: SurfaceStrategyChoice, torch: TorchRule| Asked {
+            shape: Shape::Wall(WallAsked {
+                faces: None,
+                base: BaseAsked {
+                    origin: None,
+                    direction: None,
+                    radius: None,
+                },
+                strategy,
+            }),
+            spacing: 1.2,
+            grows,
+            torch,
+            tilt: None,
+            lead: 0.0,
+            spacing_limit: 0.1,
+        };
+        let poor = asked(false, SurfaceStrategyChoice::Planes, TorchRule::Fixed);
+        let best = asked(true, SurfaceStrategyChoice::Distance, TorchRule::Tangent);
+        for (id, word) in [
+            ("height", "layers.height = \"auto\""),
+            ("flatness", "surface.strategy"),
+            ("loose", "surface.torch"),
+            ("ctwd-max", "layers.height"),
+            ("ctwd-known", "surface.strategy"),
+        ] {
+            assert!(remedy(id, Some(&poor)).contains(word), "{id}");
+            let left = remedy(id, Some(&best));
+            assert!(!left.contains(word) && !left.is_empty(), "{id}: {left}");
+        }
+    }
 }

@@ -13,6 +13,7 @@ use meltpath_toolpath::{Layer, Toolpath};
 
 use super::pieces::Pieces;
 use super::thickness::Thickness;
+use super::under::in_base;
 use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
@@ -38,6 +39,8 @@ pub struct SurfacePlan {
     pub ends: Vec<FrontEnd>,
     /// Area that no pass reaches, mm².
     pub unreached: f64,
+    /// The share of the surface's area that lies in its base.
+    pub in_base: f64,
     /// Openings where the wall closes: there passes shorter than four pools are not laid.
     pub openings: Vec<Opening>,
     /// Layers on a body; none of a wall.
@@ -169,6 +172,7 @@ pub fn plan_wall(
         return Err(SurfacePlanError::Narrow { least });
     }
     let passes = ordered(&wide);
+    let in_base = in_base(&sheet.mesh, &base);
     let begin = match base {
         Base::Plane { normal, .. } => normal,
         // around a cylinder a wall begins in every direction: none but the vertical is that of all
@@ -184,6 +188,7 @@ pub fn plan_wall(
         torch,
         ends: found.ends,
         unreached: found.unreached,
+        in_base,
         openings,
         layers: Vec::new(),
     })
