@@ -13,6 +13,7 @@ pub mod pieces;
 pub mod plan;
 mod pores;
 pub(super) mod run;
+mod sunk;
 pub(crate) mod thickness;
 mod under;
 pub(crate) mod wall;

@@ -12,8 +12,8 @@ use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::{Layer, Toolpath};
 
 use super::pieces::Pieces;
+use super::sunk::in_base;
 use super::thickness::Thickness;
-use super::under::in_base;
 use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
