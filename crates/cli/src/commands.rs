@@ -192,13 +192,14 @@ fn program(job: &Path, toolpath: &Path, out: Option<&Path>, wanted: Wanted) -> R
     let progress = Progress::new();
     let reporter = Reporter::new();
     let watched = (&reporter, &progress as &dyn Observer);
-    let files = waam::program_to_folder(job, toolpath, &path, wanted, watched)?;
+    let written = waam::program_to_folder(job, toolpath, &path, wanted, watched)?;
     progress.finish();
-    for file in files {
+    for file in &written.files {
         line(&path.join(file).display().to_string());
     }
     show_notes(&reporter);
-    Ok(0)
+    // as `reach` of a run: written, and not to be driven
+    Ok(if written.held { 0 } else { PART_FAILS })
 }
 
 fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8, Failure> {

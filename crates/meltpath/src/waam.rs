@@ -14,5 +14,5 @@ pub mod surface;
 
 pub use error::WaamError;
 pub use foreign::simulate_program;
-pub use program::to_folder::program_to_folder;
+pub use program::to_folder::{WrittenPrograms, program_to_folder};
 pub use run::{LeftOpen, examine, plan_to_file, read_toolpath, run};

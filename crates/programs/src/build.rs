@@ -42,6 +42,7 @@ use crate::program::{
     ArcAction, ArcWord, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
     Speed, Termination,
 };
+use crate::spacing::Spacing;
 
 /// What happens after each layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,7 +139,7 @@ pub fn build(
         told: BTreeSet::new(),
         feeds: BTreeSet::new(),
         upkeep: Upkeep::new(cell)?,
-        short: None,
+        spacing: Spacing::new(cell, settings.dialect),
         layer: None,
         highest: f64::NEG_INFINITY,
         flanks: Flanks::of(toolpath),
@@ -160,7 +161,7 @@ pub fn build(
             builder.pass(&pass, height);
         }
     }
-    builder.tell_short();
+    builder.spacing.tell(reporter);
     Ok(Built {
         programs: builder.assembly.finish(),
         schedules: builder.schedules,
@@ -190,8 +191,8 @@ struct Builder<'a> {
     told: BTreeSet<u32>,
     /// What the cell does between beads.
     upkeep: Upkeep,
-    /// Moves too short for the controller, and the least time of one, s.
-    short: Option<(usize, f64)>,
+    /// Moves too short for the controller.
+    spacing: Spacing,
     /// Bits of the wire feeds that need a schedule, so far.
     feeds: BTreeSet<u64>,
     layer: Option<u32>,

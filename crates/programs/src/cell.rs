@@ -91,7 +91,7 @@ table! {
         /// Most bytes in one file of a program.
         bytes_per_file: usize where within(1000.0, 1e12) => none("no limit");
         /// Shortest time of a move that the controller plans without slowing down; shorter ones are told.
-        shortest_move: Time where within(0.0, 10.0) => none("not known");
+        shortest_move: Time where within(0.0, 10.0) => none("the interpolation cycle that the maker's controllers have, a guess: 2 to 12 ms");
         /// Other controllers than FANUC's: the distance before a corner at which they leave a path that is smoothed in full.
         blend: Length where up_to(FASTEST) => none("needed for programs of these controllers");
         /// What a KUKA needs.

@@ -9,8 +9,11 @@
 
 mod arc;
 mod data;
+mod entries;
 mod list;
 mod parse;
+mod select;
+mod tables;
 mod words;
 mod write;
 

@@ -22,6 +22,8 @@ pub mod rapid;
 pub mod reading;
 pub mod said_frames;
 mod scan;
+pub mod shared_frames;
+pub mod spacing;
 mod spelling;
 mod template;
 pub mod toolpath_3mf;

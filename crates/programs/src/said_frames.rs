@@ -1,8 +1,45 @@
 //! Where a program itself says that its frames lie.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_geometry::Pose;
+
+/// Which of the controller's frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Which {
+    /// A user frame: a KUKA's base.
+    User,
+    /// A tool.
+    Tool,
+}
+
+/// An entry of the controller's tables of frames that a program sets itself: `BASE_DATA[1]={…}`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SetFrame {
+    /// The instruction that sets it, from 0; nothing of a data list, which holds before all.
+    pub at: Option<usize>,
+    /// Which table.
+    pub which: Which,
+    /// Number of the entry.
+    pub number: u32,
+    /// Where the frame lies from there on.
+    pub pose: Pose,
+    /// Line in its file, from 1.
+    pub line: u32,
+    /// Text of the line.
+    pub text: String,
+}
+
+/// A line that sets a frame while moves may be made in it before, too.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Changed {
+    /// The program of the line.
+    pub program: String,
+    /// Line in its file, from 1.
+    pub line: u32,
+    /// Its text.
+    pub text: String,
+}
 
 /// Where a program says that frames lie, by the numbers that its positions call them: as far as it says it in numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -13,6 +50,37 @@ pub struct SaidFrames {
     pub tool: BTreeMap<u32, Pose>,
     /// Declarations of frames that moves use and that are no plain numbers: line and text.
     pub unread: Vec<(u32, String)>,
+    /// User frames whose moves are told in another one: its number, and where they lie in it.
+    pub told_in: BTreeMap<u32, (u32, Pose)>,
+    /// Entries of the controller's tables that it sets, in the order of its text.
+    pub set: Vec<SetFrame>,
+    /// Instructions, from 0, that set frames which the program declares.
+    pub variables: BTreeSet<usize>,
+    /// Lines by which it is not known which moves are made in which frame.
+    pub changed: Vec<Changed>,
+}
+
+impl SaidFrames {
+    /// Whether the instruction, from 0, sets a frame that was read.
+    pub(crate) fn sets(&self, at: usize) -> bool {
+        self.variables.contains(&at) || self.set.iter().any(|set| set.at == Some(at))
+    }
+
+    /// The places of frames of a kind by their numbers.
+    pub(crate) fn of(&self, which: Which) -> &BTreeMap<u32, Pose> {
+        match which {
+            Which::User => &self.user,
+            Which::Tool => &self.tool,
+        }
+    }
+
+    /// See [`SaidFrames::of`].
+    pub(crate) fn of_mut(&mut self, which: Which) -> &mut BTreeMap<u32, Pose> {
+        match which {
+            Which::User => &mut self.user,
+            Which::Tool => &mut self.tool,
+        }
+    }
 }
 
 /// Numbers from here on are those of frames that a program writes out; controllers number no frame so high.

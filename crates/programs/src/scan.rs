@@ -139,6 +139,16 @@ pub(crate) fn tidy(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// A line of KRL without the comment that follows it.
+pub(crate) fn uncommented(line: &str) -> &str {
+    let mut quoted = false;
+    let end = line.find(|c: char| {
+        quoted ^= c == '"';
+        c == ';' && !quoted
+    });
+    line[..end.unwrap_or(line.len())].trim()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

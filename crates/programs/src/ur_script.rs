@@ -7,6 +7,7 @@ mod parse;
 mod words;
 mod write;
 
+pub(crate) use parse::BASE;
 pub use parse::read;
 pub use words::ScriptWords;
 pub use write::write;

@@ -183,6 +183,51 @@ fn a_run_in_a_wire_of_ones_own_runs_again_from_its_folder() {
     assert_eq!(first["verdict"]["checks"], second["verdict"]["checks"]);
 }
 
+/// A program whose points the arm does not reach is written, and no script goes on as if it were one to drive.
+#[test]
+fn a_program_that_the_arm_does_not_reach_ends_with_a_code() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    printed(&["new", "waam", "wall", "--shape", "thin-wall"], folder);
+    let file = folder.join("wall/job.toml");
+    let plain = fs::read_to_string(&file).unwrap();
+    let plain = plain.replace("# count = 20 ", "count = 2 ");
+    for (place, code) in [(0, 0), (9000, 1)] {
+        let machine = format!(
+            "[machine]\nrobot = \"fanuc-arcmate-120ic\"\nplace = [\"{place} mm\", \"0 mm\", \"0 mm\"]\n"
+        );
+        let job = if plain.contains("\n[machine]\n") {
+            plain.replace("\n[machine]\n", &format!("\n{machine}"))
+        } else {
+            format!("{plain}\n{machine}")
+        };
+        fs::write(&file, job).unwrap();
+        let plan = format!("{place}.melt");
+        printed(
+            &["plan", "wall/job.toml", "--as-written", "--out", &plan],
+            folder,
+        );
+        let out = format!("out-{place}");
+        let args = [
+            "program",
+            "wall/job.toml",
+            "--toolpath",
+            &plan,
+            "--out",
+            &out,
+        ];
+        let output = meltpath(&args, folder);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{said}");
+        assert_eq!(
+            said.contains("does not hold the torch"),
+            code == 1,
+            "{said}"
+        );
+        assert!(folder.join(out).is_dir());
+    }
+}
+
 /// A thickness that no beam explains: the checks of the fit are told as those of any verdict, each by its own outcome.
 #[test]
 fn a_fit_tells_its_verdict() {

@@ -27,15 +27,17 @@ use crate::waam::deposit::metal::{self, Laid, against_part};
 use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
 use crate::waam::deposit::tube;
 use crate::waam::drive::lean::Lying;
+use crate::waam::drive::own_frame;
 use crate::waam::drive::reach;
 use crate::waam::drive::site::Site;
+use crate::waam::drive::spacing;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::judge::checks::{
     borrowed_check, build_facts, fixed_torch_check, programmed, range_check,
 };
 use crate::waam::judge::doubt::{self, Doubt};
-use crate::waam::plan::own::own_plan;
+use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::{files, toolpath_file};
 
@@ -106,7 +108,8 @@ pub fn simulate_program(
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
     let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
     observer.check()?;
-    checks.extend(arm_checks(along.as_ref(), (&parsed, &commands), settings));
+    let told = (&parsed[..], &commands);
+    checks.extend(arm_checks(along.as_ref(), told, own.as_ref(), settings));
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
     facts.extend(own.iter().flat_map(|own| own.told.clone()));
@@ -159,9 +162,16 @@ pub fn simulate_program(
 fn arm_checks(
     along: Option<&Result<reach::Along, NotHeld>>,
     (parsed, commands): (&[Program], &Commands),
+    own: Option<&Own>,
     settings: &Settings,
 ) -> Vec<Check> {
     let mut checks = reach::checks(along, commands, settings);
+    // a plan of the job's own is told so where it is written
+    if own.is_none() {
+        let of_arm = checks.into_iter();
+        let other = |check| unsure::undecided_of_another_arm(check, parsed, settings);
+        checks = of_arm.map(other).collect();
+    }
     checks.extend(fixed_torch_check(&[program::spoken(parsed)], settings));
     checks.extend(Lying::of(commands, settings).and_then(|l| l.check(settings)));
     checks
@@ -180,9 +190,11 @@ fn of_program(
     settings: &Settings,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<Executed, WaamError> {
-    let (parsed, files) = files::read(main, &settings.cell.program, reporter)?;
+    let (mut parsed, files) = files::read(main, &settings.cell.program, reporter)?;
+    own_frame::settle(&mut parsed, settings, reporter);
     let mut commands = program::commands(&parsed, &[], settings, reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
+    spacing::tell(&parsed, &commands, settings, reporter);
     travels::pace(&parsed, &mut commands, settings, observer);
     Ok(Executed {
         parsed,

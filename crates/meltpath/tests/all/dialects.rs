@@ -304,7 +304,8 @@ fn the_rest_of_a_plan_and_its_dry_run_are_written() {
             let out = home.join(name);
             let wanted = Wanted { from, torch };
             let files = program_to_folder(&job, &plan, &out, wanted, (&Reporter::new(), &Silent));
-            files.map(|files| {
+            files.map(|written| {
+                let files = written.files;
                 (
                     files.clone(),
                     std::fs::read_to_string(out.join(&files[0])).unwrap(),

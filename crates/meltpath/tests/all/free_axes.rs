@@ -180,7 +180,7 @@ fn programs_of_a_plan_show_their_progress_and_stop() {
         program_to_folder(&job, &plan, &out, Wanted::WHOLE, (&reporter, stages))
     };
     let all = Stages::default();
-    let files = write(&all, "whole").unwrap();
+    let files = write(&all, "whole").unwrap().files;
     assert_eq!(all.count(SEARCH), 1, "{:?}", all.heard);
     assert_eq!(files.len(), 3, "{files:?}");
     let stopped = Stages {

@@ -30,6 +30,7 @@ mod metal_and_plan;
 mod names;
 mod onto;
 mod over;
+mod own_frames;
 mod paced;
 mod part_on_robot;
 mod reach;

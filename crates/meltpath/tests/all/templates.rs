@@ -70,7 +70,7 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     assert!(fs::read(&quick).unwrap() != kept);
     let told = Reporter::new();
     let names = waam::program_to_folder(&job, &plan, &stages, Wanted::WHOLE, (&told, &Silent));
-    for name in names.unwrap() {
+    for name in names.unwrap().files {
         let [stage, run] = [&stages, &dir.path().join("open/program")].map(|f| f.join(&name));
         assert!(fs::read(stage).unwrap() == fs::read(run).unwrap(), "{name}");
     }

@@ -98,7 +98,8 @@ fn a_flat_wall_comes_back_as_its_plan() {
     };
     for (name, wanted, whole) in [("whole", Wanted::WHOLE, true), ("rest", rest, false)] {
         let out = dir.path().join(name);
-        let files = program_to_folder(&job, &plan, &out, wanted, (&reporter, &Silent)).unwrap();
+        let written = program_to_folder(&job, &plan, &out, wanted, (&reporter, &Silent));
+        let files = written.unwrap().files;
         assert_eq!(files.contains(&NAME.to_owned()), whole, "{files:?}");
         assert_eq!(out.join(NAME).is_file(), whole);
     }

@@ -25,8 +25,18 @@ fn job(folder: &Path, cell: &str) -> PathBuf {
 }
 
 /// A bead of a FANUC, with further lines before it, in frames that its positions name; `beside` stands behind every position.
-fn wall(folder: &Path, before: &[&str], [frame, tool]: [u32; 2], beside: &str) -> Verdict {
+fn wall(folder: &Path, before: &[&str], frames: [u32; 2], beside: &str) -> Verdict {
     let job = job(folder, cells::ARCMATE_120IC.text);
+    simulated(folder, &job, before, frames, beside)
+}
+
+fn simulated(
+    folder: &Path,
+    job: &Path,
+    before: &[&str],
+    [frame, tool]: [u32; 2],
+    beside: &str,
+) -> Verdict {
     let select = [format!("UFRAME_NUM={frame}"), format!("UTOOL_NUM={tool}")];
     let bead = [
         "J P[1] 20% FINE",
@@ -55,7 +65,7 @@ fn wall(folder: &Path, before: &[&str], [frame, tool]: [u32; 2], beside: &str) -
         .unwrap();
     }
     let file = write(folder, "wall.ls", text + "/END\n");
-    simulate_program(&file, Some(&job), NextIn(&folder.join("runs")), &Silent)
+    simulate_program(&file, Some(job), NextIn(&folder.join("runs")), &Silent)
         .unwrap()
         .verdict
 }
@@ -116,11 +126,15 @@ fn an_arm_in_frames_that_nobody_tells_is_not_decided_about() {
     undecided(&others, &told, "program.user_frame");
     assert!(warned(&others, "other-frames"));
     assert_ne!(check(&others, "height").status, Status::CannotSay);
-    // the robot's own frame is not that of the table
+    // the robot's own frame is not that of the table: what it holds is laid where it says, inside the arm
     let own = wall(dir.path(), &[], [0, 1], "");
-    undecided(&own, &["in the robot's own frame"], "program.user_frame");
-    assert_ne!(check(&own, "height").status, Status::CannotSay);
-    let lack = check(&own, "lack");
+    assert!(warned(&own, "own-frame"));
+    assert_ne!(check(&own, "reach").status, Status::CannotSay);
+    assert_ne!(check(&own, "lack").status, Status::Pass);
+    // by an axis that moves the part may lie elsewhere
+    let moved = wall(dir.path(), &[], [0, 1], ", E1 = 300 mm");
+    undecided(&moved, &["in the robot's own frame"], "program.user_frame");
+    let lack = check(&moved, "lack");
     assert_eq!(lack.status, Status::CannotSay, "{lack:?}");
     says(&lack.reason, &["in the robot's own frame"]);
 }
@@ -143,7 +157,7 @@ fn an_axis_that_the_robots_file_lacks_is_not_left_out() {
 /// Frames that programs of other controllers move or declare unreadably, and axes beside the arm: `change` of the program that a run wrote.
 #[test]
 fn an_arm_of_other_controllers_is_not_decided_about_either() {
-    let lines: [(&str, &str, &str, &str, &str, &str); 5] = [
+    let lines: [(&str, &str, &str, &str, &str, &str); 9] = [
         (
             "abb-rapid",
             "abb-irb2600-12-185",
@@ -164,6 +178,22 @@ fn an_arm_of_other_controllers_is_not_decided_about_either() {
             "abb-rapid",
             "abb-irb2600-12-185",
             "JOB.mod",
+            "PROC JOB()",
+            "PERS tooldata tTorch:=[TRUE,[[0,0,400],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\nPROC JOB()",
+            "by the program the wire tip is at [[0, 0, 400], [1, 0, 0, 0]] in the flange",
+        ),
+        (
+            "abb-rapid",
+            "abb-irb2600-12-185",
+            "JOB.mod",
+            "PROC JOB()",
+            "PERS wobjdata wPart:=[FALSE,TRUE,\"\",[[900,0,300],[1,0,0,0]],[[0,0,0.2],[1,0,0,0]]];\nPROC JOB()",
+            "by the program the part is at [[900, 0, 300.2], [1, 0, 0, 0]] in the arm's base, by the robot's file at [[1000, 0, 300], [1, 0, 0, 0]], 100.0 mm and 0.00 deg apart",
+        ),
+        (
+            "abb-rapid",
+            "abb-irb2600-12-185",
+            "JOB.mod",
             "9E+09,9E+09,9E+09,9E+09,9E+09,9E+09",
             "300,9E+09,9E+09,9E+09,9E+09,9E+09",
             "external axis eax_a stands at 300 (",
@@ -174,7 +204,23 @@ fn an_arm_of_other_controllers_is_not_decided_about_either() {
             "JOB.src",
             "$BASE=BASE_DATA[1]",
             "BASE_DATA[1]={X 700,Y 300,Z 100,A 0,B 0,C 0}\n$BASE=BASE_DATA[1]",
-            "\"BASE_DATA[1]={X 700",
+            "by the program the part is at 700, 300, 100 mm, 0, 0, 0 deg in the arm's base",
+        ),
+        (
+            "kuka-krl",
+            "kuka-kr16-r2010-2",
+            "JOB.src",
+            "$TOOL=TOOL_DATA[1]",
+            "TOOL_DATA[1]={X 0,Y 0,Z 400,A 0,B 0,C 0}\n$TOOL=TOOL_DATA[1]",
+            "by the program the wire tip is at 0, 0, 400 mm, 0, 0, 0 deg in the flange",
+        ),
+        (
+            "kuka-krl",
+            "kuka-kr16-r2010-2",
+            "JOB.src",
+            "$BASE=BASE_DATA[1]",
+            "BASE_DATA[1]={X xOff,Y 300,Z 100,A 0,B 0,C 0}\n$BASE=BASE_DATA[1]",
+            "\"BASE_DATA[1]={X xOff",
         ),
         (
             "kuka-krl",
@@ -208,6 +254,25 @@ fn an_arm_of_other_controllers_is_not_decided_about_either() {
             assert_eq!(check.status, Status::CannotSay, "{check:?}");
             says(&check.reason, &[told]);
         }
+    }
+}
+
+/// A FANUC program beside a KUKA's arm: how that would stand nobody knows.
+#[test]
+fn an_arm_of_another_maker_is_not_decided_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path(), cells::ARCMATE_120IC.text);
+    let text = std::fs::read_to_string(&job).unwrap();
+    let other = text.replace("robot = \"robot.toml\"", "robot = \"kuka-kr16-r2010-2\"");
+    assert_ne!(text, other);
+    let plain = simulated(dir.path(), &job, &[], [1, 1], "");
+    std::fs::write(&job, other).unwrap();
+    let verdict = simulated(dir.path(), &job, &[], [1, 1], "");
+    for id in ARM {
+        assert_eq!(check(&plain, id).status, Status::Pass, "{id}");
+        let check = check(&verdict, id);
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        says(&check.reason, &["is one for FANUC", "KUKA KR 16 R2010-2"]);
     }
 }
 

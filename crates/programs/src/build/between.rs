@@ -1,5 +1,7 @@
 //! What happens between beads: pauses, calls of the cell, what stands already.
 
+use meltpath_base::Place;
+use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Channel, Move, Pass};
 
 use super::wording::SHORTEST_WAIT;
@@ -42,30 +44,16 @@ impl Builder<'_> {
     pub(super) fn count(&mut self, pass: &Pass<'_>) {
         let time: f64 = (0..pass.move_count()).map(|i| self.time(pass, i)).sum();
         self.upkeep.count(time);
-        let Some(least) = self.cell.shortest_move.map(|t| t.0) else {
-            return;
-        };
         for i in 0..pass.move_count() {
-            let time = pass.move_length(i) / self.speed(pass, i);
-            if time < least && !matches!(pass.move_at(i), Move::Spot { .. }) {
-                let (count, shortest) = self.short.get_or_insert((0, time));
-                *count += 1;
-                *shortest = shortest.min(time);
+            if matches!(pass.move_at(i), Move::Spot { .. }) {
+                continue;
             }
-        }
-    }
-
-    /// Warns of moves that the controller does not keep up with.
-    pub(super) fn tell_short(&self) {
-        if let Some((count, shortest)) = self.short {
-            self.reporter.warn(
-                "moves-too-short",
-                format!(
-                    "{count} moves of beads take less time than this controller plans at full speed, the shortest {:.0} ms: it slows down there",
-                    1e3 * shortest
-                ),
-                "a coarser chord error of the part, or a lower travel speed",
-            );
+            let (length, speed) = (pass.move_length(i), self.speed(pass, i));
+            self.spacing.count(length, speed, || Place {
+                position: pass.points.get(i).map(DVec3::to_array),
+                layer: Some(pass.layer),
+                ..Place::default()
+            });
         }
     }
 

@@ -102,6 +102,10 @@ impl Machine<'_> {
             }
             return Flow::Next;
         }
+        // frames are numbered as they are set
+        if self.programs[self.at.0].said_frames.sets(self.at.1) {
+            return Flow::Next;
+        }
         match effect_of(dialect, text) {
             // whether it comes to it nobody knows in a block that is not followed
             Effect::Abort if self.in_block() => self.gap(Missing::MayEnd(text.to_owned())),

@@ -118,6 +118,22 @@ impl Machine<'_> {
         }))
     }
 
+    /// The frames in which places are told that lie in these, and the places in them. By joints they are told so already.
+    fn told_in<'p>(
+        &self,
+        frames: (u32, u32),
+        places: impl Iterator<Item = &'p mut Place>,
+    ) -> (u32, u32) {
+        let told_in = &self.programs[self.at.0].said_frames.told_in;
+        let Some((number, from)) = told_in.get(&frames.0) else {
+            return frames;
+        };
+        for place in places.filter(|place| !place.by_joints) {
+            place.pose = from.then(place.pose);
+        }
+        (*number, frames.1)
+    }
+
     /// Tells a bead in other frames than the first one's.
     fn look_at_frames(&mut self, frames: (u32, u32)) {
         let now = (self.at.0, frames);
@@ -378,6 +394,8 @@ impl Machine<'_> {
             (Some(frame), Some(tool)) => (frame, tool),
             _ => return Err(self.no_frames()),
         };
+        let here = target.pose;
+        let frames = self.told_in(frames, via.iter_mut().chain([&mut target]));
         self.tell_axes(motion, &target);
         let kind = match (&motion.kind, via) {
             (MotionKind::Joint, _) => ExecutedKind::Joint,
@@ -403,7 +421,7 @@ impl Machine<'_> {
         } else {
             self.held_here()
         };
-        self.here = Some(target.pose);
+        self.here = Some(here);
         self.executed.push(Executed::Motion(ExecutedMotion {
             kind,
             target: target.pose,

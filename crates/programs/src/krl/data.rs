@@ -11,7 +11,7 @@ use meltpath_geometry::math::DVec3;
 use crate::held::Holds;
 use crate::orientation::pose;
 use crate::program::{Axis, Coordinates, Position};
-use crate::said_frames::{SaidFrames, WRITTEN_OUT, written_out};
+use crate::said_frames::{WRITTEN_OUT, Which};
 use crate::scan::tidy;
 use crate::written::fixed;
 
@@ -96,32 +96,15 @@ pub(super) fn number_of(fields: &[(String, Field)], name: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Which frame a line selects.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Lies {
-    Base,
-    Tool,
-}
-
-impl Lies {
-    /// The number of a frame that is written out: `{X 700,Y 300,Z 100,A 0,B 0,C 0}`, `$NULLFRAME`, and of bases `$WORLD`, which is taken to
-    /// lie at the arm's base.
-    pub(super) fn written_out(self, said: &mut SaidFrames, value: &str) -> Option<u32> {
-        let world = self == Lies::Base && value.eq_ignore_ascii_case("$WORLD");
-        let at = if world || value.eq_ignore_ascii_case("$NULLFRAME") {
-            Pose::IDENTITY
-        } else {
-            let all = fields(value)?;
-            let [x, y, z, a, b, c] =
-                ["X", "Y", "Z", "A", "B", "C"].map(|name| number_of(&all, name));
-            pose(DVec3::new(x?, y?, z?), [c?, b?, a?])
-        };
-        let known = match self {
-            Lies::Base => &mut said.user,
-            Lies::Tool => &mut said.tool,
-        };
-        Some(written_out(known, at))
+/// Where a frame lies that is written out: `{X 700,Y 300,Z 100,A 0,B 0,C 0}`, `$NULLFRAME`, and of bases `$WORLD`, which is taken to lie at the arm's base.
+pub(super) fn place(which: Which, value: &str) -> Option<Pose> {
+    let world = which == Which::User && value.eq_ignore_ascii_case("$WORLD");
+    if world || value.eq_ignore_ascii_case("$NULLFRAME") {
+        return Some(Pose::IDENTITY);
     }
+    let all = fields(value)?;
+    let [x, y, z, a, b, c] = ["X", "Y", "Z", "A", "B", "C"].map(|name| number_of(&all, name));
+    Some(pose(DVec3::new(x?, y?, z?), [c?, b?, a?]))
 }
 
 /// A frame that a program writes out, as it does so; nothing of one that the controller numbers.

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::arc::{WeldData, weld_data};
-use super::data::{coordinates, fields, number_of, text_of};
+use super::data::{coordinates, fields, number_of, place, text_of};
+use super::entries::{Listed, set};
 use super::words::WeaveAmplitude;
 use crate::held::Holds;
 use crate::parsed::trimmed;
 use crate::program::Coordinates;
-use crate::scan::strip_word;
+use crate::scan::{strip_word, uncommented};
 
 /// How many channels mean something, and what the amplitude of a weave is.
 pub(super) type Told = (usize, Option<WeaveAmplitude>);
@@ -26,7 +27,21 @@ pub(super) struct List {
     /// Shares of the usual acceleration, %.
     pub(super) accelerations: BTreeMap<String, f64>,
     pub(super) welds: BTreeMap<String, WeldData>,
+    /// Entries of the controller's tables of frames that it sets.
+    pub(super) entries: Vec<Listed>,
     pub(super) rest: Vec<(u32, String)>,
+}
+
+impl List {
+    /// Lines of the rest that nobody here read.
+    pub(super) fn unread(&self) -> impl Iterator<Item = &(u32, String)> {
+        let read = |line: u32| {
+            self.entries
+                .iter()
+                .any(|e| e.line == line && e.pose.is_some())
+        };
+        self.rest.iter().filter(move |(line, _)| !read(*line))
+    }
 }
 
 /// The `NAME` of a variable that positions, frames or data have, without the letters in front of it.
@@ -41,6 +56,14 @@ pub(super) fn list(text: &str, told: Told) -> List {
         let plain = line.is_empty() || line.starts_with([';', '&']);
         if plain || strip_word(line, "DEFDAT").is_some() || strip_word(line, "ENDDAT").is_some() {
             continue;
+        }
+        if let Some((entry, value)) = set(uncommented(line)) {
+            list.entries.push(Listed {
+                entry,
+                pose: place(entry.0, value),
+                line: n,
+                text: line.to_owned(),
+            });
         }
         if declared(&mut list, line, told).is_none() {
             list.rest.push((n, line.to_owned()));

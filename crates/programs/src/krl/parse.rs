@@ -1,14 +1,15 @@
 //! A program from KRL. Never panics; what it does not know it keeps and lists.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_toolpath::Weave;
 
 use super::arc::{Form, WeldData};
-use super::data::{Lies, coordinates, turned_round};
+use super::data::{coordinates, turned_round};
+use super::entries::{Entry, Listed, entry};
 use super::list::{List, capital, holds, list};
+use super::tables::{self, Tables};
 use super::words::WeaveAmplitude;
-use super::{COUPLED, coupled};
 use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
 use crate::held::Holds;
@@ -17,7 +18,8 @@ use crate::program::{
     ArcAction, ArcWord, Coordinates, Dialect, Instruction, MotionInstruction, MotionKind,
     PositionRef, Section, Speed, Termination,
 };
-use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word};
+use crate::said_frames::{SetFrame, Which};
+use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncommented};
 
 /// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `values` is how many
 /// of ArcTech's channels mean something in this cell, `amplitude` what that of a weave is.
@@ -33,14 +35,17 @@ pub fn read(
     let told = (values, amplitude);
     let list = data.map_or_else(List::default, |data| list(&decoded(data), told));
     let text = decoded(source);
+    let lines: Vec<&str> = trimmed(&text).collect();
+    let code: Vec<&str> = lines.iter().map(|line| uncommented(line)).collect();
+    let several = tables::several(&list, &code);
     let mut reader = Reader {
         list: &list,
+        several: &several,
         done: Vec::new(),
         open: None,
         application: Vec::new(),
     };
     let mut last = 0;
-    let lines: Vec<&str> = trimmed(&text).collect();
     for (line, n) in lines.iter().zip(1..) {
         reader.line(n, line);
         last = n;
@@ -71,7 +76,19 @@ pub fn read(
             line: *line,
             text: text.clone(),
         };
-        first.unread.extend(list.rest.iter().map(told));
+        first.unread.extend(list.unread().map(told));
+        let set = |l: &Listed| {
+            Some(SetFrame {
+                at: None,
+                which: l.entry.0,
+                number: l.entry.1,
+                pose: l.pose?,
+                line: l.line,
+                text: l.text.clone(),
+            })
+        };
+        let set = list.entries.iter().filter_map(set);
+        first.program.said_frames.set.splice(0..0, set);
     }
     Ok(parsed)
 }
@@ -93,12 +110,14 @@ enum Verb {
     Round,
 }
 
-struct Routine {
-    out: Collected,
+pub(super) struct Routine<'a> {
+    pub(super) out: Collected,
+    /// Frames that it sets.
+    pub(super) tables: Tables<'a>,
     speed: Option<Set>,
     joint_speed: Option<f64>,
     distance: Option<f64>,
-    frames: (Option<u32>, Option<u32>),
+    pub(super) frames: (Option<u32>, Option<u32>),
     /// What the robot holds, where a line says it.
     holds: Option<Holds>,
     /// What it holds at each position that is used, at its first use.
@@ -115,8 +134,9 @@ struct Routine {
 
 struct Reader<'a> {
     list: &'a List,
+    several: &'a BTreeSet<Entry>,
     done: Vec<Collected>,
-    open: Option<Routine>,
+    open: Option<Routine<'a>>,
     application: Vec<String>,
 }
 
@@ -127,6 +147,7 @@ impl Reader<'_> {
             if let Some(name) = strip_word(header, "DEF").and_then(routine_name) {
                 self.open = Some(Routine {
                     out: Collected::new(Dialect::Krl, name),
+                    tables: Tables::new(self.list, self.several),
                     speed: None,
                     joint_speed: None,
                     distance: None,
@@ -152,16 +173,6 @@ impl Reader<'_> {
     }
 }
 
-/// A line without the comment that follows it.
-fn uncommented(line: &str) -> &str {
-    let mut quoted = false;
-    let end = line.find(|c: char| {
-        quoted ^= c == '"';
-        c == ';' && !quoted
-    });
-    line[..end.unwrap_or(line.len())].trim()
-}
-
 /// What stands behind `name =`.
 fn assigned<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     strip_prefix(line, name)?
@@ -177,12 +188,6 @@ fn called<'a>(line: &'a str, name: &str) -> Option<Vec<&'a str>> {
         .strip_prefix('(')?
         .strip_suffix(')')?;
     Some(inner.split(',').map(str::trim).collect())
-}
-
-/// The number in the bracket of an entry of a table.
-fn entry(text: &str, table: &str) -> Option<u32> {
-    let (inner, rest) = bracket(strip_prefix(text, table)?.trim_start())?;
-    rest.trim().is_empty().then(|| inner.trim().parse().ok())?
 }
 
 /// Machine and base of `EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,BASE_DATA[1])`.
@@ -207,7 +212,7 @@ fn metres(text: &str) -> Option<f64> {
     (rest.trim().is_empty() && value > 0.0).then(|| scaled(value, 1000.0))
 }
 
-impl Routine {
+impl Routine<'_> {
     fn statement(&mut self, line: &str, list: &List) {
         if line.is_empty() {
             return self.out.push(Instruction::Blank);
@@ -217,6 +222,10 @@ impl Routine {
         }
         let line = uncommented(line);
         self.accelerates(line);
+        self.tables.declare(line);
+        if self.sets_frame(line).is_some() {
+            return;
+        }
         if self.sets(line, list).is_none() && self.acts(line, list).is_none() {
             self.out.keep(line);
         }
@@ -262,18 +271,18 @@ impl Routine {
         if let Some(value) = assigned(line, "$BASE") {
             let (machine, number) = match coupled_base(value) {
                 Some((machine, number)) => (Some(machine), number),
-                None => (
-                    None,
-                    entry(value, "BASE_DATA").or_else(|| self.written_out(value, Lies::Base))?,
-                ),
+                None => (None, self.selected(Which::User, ("BASE_DATA", value))?),
             };
             self.couple(machine)?;
+            if machine.is_some() && self.tables.is_set((Which::User, number)) {
+                // it lies on the machine, and where that is the program does not say
+                self.unread(line);
+            }
             self.frame(number);
             return Some(());
         }
         if let Some(value) = assigned(line, "$TOOL") {
-            let number = entry(value, "TOOL_DATA");
-            let number = number.or_else(|| self.written_out(value, Lies::Tool))?;
+            let number = self.selected(Which::Tool, ("TOOL_DATA", value))?;
             self.tool(number);
             return Some(());
         }
@@ -288,9 +297,11 @@ impl Routine {
             self.hold(list.holds.get(&capital(value)).copied());
             if let Some(n) = frame {
                 self.couple(None)?;
+                let n = self.numbered((Which::User, n));
                 self.frame(n);
             }
             if let Some(n) = tool {
+                let n = self.numbered((Which::Tool, n));
                 self.tool(n);
             }
             return Some(());
@@ -324,17 +335,17 @@ impl Routine {
                 let (share, _) = number(value)?;
                 self.joint_speed = (share > 0.0).then_some(share);
             }
-            "#BASE" => self.frame(value.parse().ok()?),
-            "#TOOL" => self.tool(value.parse().ok()?),
+            "#BASE" => {
+                let n = self.numbered((Which::User, value.parse().ok()?));
+                self.frame(n);
+            }
+            "#TOOL" => {
+                let n = self.numbered((Which::Tool, value.parse().ok()?));
+                self.tool(n);
+            }
             _ => return None,
         }
         Some(())
-    }
-
-    /// The number of a frame that is written out.
-    fn written_out(&mut self, value: &str, lies: Lies) -> Option<u32> {
-        let said = &mut self.out.program.said_frames;
-        lies.written_out(said, value)
     }
 
     fn velocity(&mut self, value: &str) {
@@ -345,13 +356,6 @@ impl Routine {
             metres(value).map(Set::Path)
         };
         // a velocity that is a variable is told where it is used
-    }
-
-    fn frame(&mut self, n: u32) {
-        if self.frames.0 != Some(n) {
-            self.frames.0 = Some(n);
-            self.out.push(Instruction::UserFrame(n));
-        }
     }
 
     /// What the robot holds, as the data of a move say it.
@@ -368,25 +372,6 @@ impl Routine {
         match self.holds {
             Some(Holds::Part) => turned_round(place),
             _ => place,
-        }
-    }
-
-    /// The base turns with a machine, or lies still; nothing where it did otherwise before.
-    fn couple(&mut self, machine: Option<u32>) -> Option<()> {
-        let own = machine.map(coupled);
-        let known = self.out.program.attribute(COUPLED);
-        if known == own.as_ref().map(|a| a.value.as_str()) {
-            return Some(());
-        }
-        let first = known.is_none() && self.frames.0.is_none();
-        self.out.program.attributes.push(own.filter(|_| first)?);
-        Some(())
-    }
-
-    fn tool(&mut self, n: u32) {
-        if self.frames.1 != Some(n) {
-            self.frames.1 = Some(n);
-            self.out.push(Instruction::ToolFrame(n));
         }
     }
 
@@ -445,6 +430,10 @@ impl Routine {
             "F{}",
             variable.strip_prefix('X').unwrap_or(&variable)
         ));
+        // an entry that is set to several places is none that a position keeps to
+        let kept = |which, n: Option<u32>| n.filter(|n| !self.tables.is_several((which, *n)));
+        let frames =
+            frames.map(|(base, tool)| (kept(Which::User, *base), kept(Which::Tool, *tool)));
         let short = name.strip_prefix(['X', 'x']);
         let listed = short.and_then(|_| list.positions.get(&variable).cloned());
         let listed = listed.map(|place| self.in_part(place));
@@ -458,7 +447,7 @@ impl Routine {
                 key.push('_');
             }
         }
-        let frames = frames.copied().unwrap_or_default();
+        let frames = frames.unwrap_or_default();
         let known = self.out.named(&key, frames, || listed);
         Some((
             known.unwrap_or_else(|| PositionRef::Unresolved(name.to_owned())),

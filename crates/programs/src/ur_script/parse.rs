@@ -95,7 +95,7 @@ struct Reader<'w> {
 
 /// The number of the part's frame, and that of the base, in which poses are that name none.
 const PART: u32 = 1;
-const BASE: u32 = 2;
+pub(crate) const BASE: u32 = 2;
 
 /// A pose `p[…]` in m and rad; nothing where it is none.
 fn pose_of(text: &str) -> Option<Pose> {

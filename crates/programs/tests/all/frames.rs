@@ -3,7 +3,8 @@
 use meltpath_base::Reporter;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::Instruction;
-use meltpath_programs::{Dialect, Program, Reading, dialect, read_toolpath};
+use meltpath_programs::shared_frames::agree;
+use meltpath_programs::{Dialect, Open, Program, Reading, dialect, read_toolpath};
 
 use crate::dialects::cell;
 use crate::told::motions;
@@ -152,4 +153,159 @@ fn bases_and_tools_of_a_kuka_may_be_written_out() {
         refused.to_string().contains("written out in numbers"),
         "{refused}"
     );
+}
+
+/// A KUKA program of these lines, with this data list.
+fn kuka(lines: &str, data: Option<&str>) -> Program {
+    let text = format!("DEF K( )\n{lines}\nPTP {{X 1,Y 0,Z 5,A 0,B 0,C 180}}\nEND\n");
+    let data = data.map(|lines| format!("DEFDAT K PUBLIC\n{lines}\nENDDAT\n"));
+    read(Dialect::Krl, &text, data.as_deref())
+}
+
+const AT_700: &str = "{X 700,Y 300,Z 100,A 90,B 0,C 0}";
+const AT_800: &str = "{X 800,Y 300,Z 100,A 90,B 0,C 0}";
+const TOOL: &str = "$TOOL={X 0,Y 0,Z 500,A 0,B 0,C 0}";
+
+/// Where the user frames lie that a program selects, in order.
+fn selected(program: &Program) -> Vec<Option<f64>> {
+    let numbers = program.instructions.iter().filter_map(|i| match i {
+        Instruction::UserFrame(n) => Some(n),
+        _ => None,
+    });
+    let at = |n: &u32| program.said_frames.user.get(n).map(|p| p.position.x);
+    numbers.map(at).collect()
+}
+
+#[test]
+fn entries_of_a_kukas_tables_that_a_program_sets_are_read() {
+    let select = "$BASE=BASE_DATA[1]";
+    let ways = [
+        (format!("BASE_DATA[1]={AT_700}\n{select}"), None),
+        (
+            format!("base_data[ 1 ] = {AT_700} ; the table\nBAS(#BASE,1)"),
+            None,
+        ),
+        (
+            format!("DECL FRAME myBase\nmyBase={AT_700}\n$BASE=myBase"),
+            None,
+        ),
+        (
+            "$BASE=TABLE1".to_owned(),
+            Some(format!("DECL FRAME TABLE1={AT_700}")),
+        ),
+        (
+            "BASE_DATA[1]=TABLE1\n$BASE=BASE_DATA[1]".to_owned(),
+            Some(format!("DECL FRAME TABLE1={AT_700}")),
+        ),
+        (
+            format!("BASE_DATA[2]={AT_700}\nBASE_DATA[1]=BASE_DATA[2]\n{select}"),
+            None,
+        ),
+        (select.to_owned(), Some(format!("BASE_DATA[1]={AT_700}"))),
+        (
+            format!("BASE_DATA[1]={AT_700}\nFDAT_ACT=FP1"),
+            Some("DECL FDAT FP1={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}".to_owned()),
+        ),
+    ];
+    for (lines, data) in ways {
+        let program = kuka(&format!("{TOOL}\n{lines}"), data.as_deref());
+        assert_eq!(selected(&program), [Some(700.0)], "{lines}");
+        let said = &program.said_frames;
+        assert_eq!(
+            (&said.unread[..], &said.changed[..]),
+            (&[][..], &[][..]),
+            "{lines}"
+        );
+        assert_eq!(run(&program).gaps, [], "{lines}");
+    }
+    let tool = kuka(
+        "TOOL_DATA[3]={X 1,Y 2,Z 500,A 0,B 0,C 0}\n$BASE=BASE_DATA[1]\n$TOOL=TOOL_DATA[3]",
+        None,
+    );
+    assert_eq!(
+        tool.said_frames.tool[&3].position,
+        DVec3::new(1.0, 2.0, 500.0)
+    );
+    assert_eq!(tool.said_frames.user.len(), 0);
+}
+
+/// What was selected stays as it was: an entry that is set anew holds from where it is selected again.
+#[test]
+fn the_last_that_sets_an_entry_before_it_is_selected_holds() {
+    let select = "$BASE=BASE_DATA[1]";
+    let program = kuka(
+        &format!(
+            "{TOOL}\nBASE_DATA[1]={AT_700}\n{select}\nPTP {{X 1,Y 0,Z 5,A 0,B 0,C 180}}\nBASE_DATA[1]={AT_800}\nPTP {{X 2,Y 0,Z 5,A 0,B 0,C 180}}\n{select}"
+        ),
+        None,
+    );
+    assert_eq!(selected(&program), [Some(700.0), Some(800.0)]);
+    assert_eq!(run(&program).gaps, []);
+    // positions of the data list keep to no entry that lies at several places
+    let data = "DECL FDAT FP1={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}\nDECL E6POS XP1={X 1,Y 0,Z 5,A 0,B 0,C 180,S 6,T 27,E1 0,E2 0,E3 0,E4 0,E5 0,E6 0}";
+    let program = kuka(
+        &format!(
+            "BASE_DATA[1]={AT_700}\nFDAT_ACT=FP1\nLIN XP1\nBASE_DATA[1]={AT_800}\nFDAT_ACT=FP1\nLIN XP1"
+        ),
+        Some(data),
+    );
+    assert_eq!(selected(&program), [Some(700.0), Some(800.0)]);
+    assert_eq!(run(&program).gaps, []);
+}
+
+#[test]
+fn an_entry_that_is_no_plain_numbers_is_told() {
+    for line in [
+        "BASE_DATA[1]={X xOff,Y 300,Z 100,A 90,B 0,C 0}",
+        "BASE_DATA[1]={X 700}",
+        "BASE_DATA[1].X=700",
+        "BASE_DATA[1]=BASE_DATA[7]",
+        "BASE_DATA[i]={X 700,Y 300,Z 100,A 90,B 0,C 0}",
+        "BASE_DATA[1]=GEO(1)",
+    ] {
+        let program = kuka(&format!("{TOOL}\n{line}\n$BASE=BASE_DATA[1]"), None);
+        assert_eq!(selected(&program), [None], "{line}");
+        let gaps = run(&program).gaps;
+        assert_eq!(gaps.len(), 1, "{line}: {gaps:?}");
+        assert_eq!(gaps[0].why.open(), Open::Places);
+    }
+    let listed = kuka(
+        &format!("{TOOL}\n$BASE=BASE_DATA[1]"),
+        Some("BASE_DATA[1]={X xOff,Y 300,Z 100,A 90,B 0,C 0}"),
+    );
+    assert_eq!(listed.said_frames.unread.len(), 1, "{listed:?}");
+    // moves in the frame that the controller had before
+    let late = kuka(
+        &format!(
+            "{TOOL}\n$BASE=BASE_DATA[1]\nPTP {{X 1,Y 0,Z 5,A 0,B 0,C 180}}\nBASE_DATA[1]={AT_700}\n$BASE=BASE_DATA[1]"
+        ),
+        None,
+    );
+    assert_eq!(late.said_frames.changed.len(), 1, "{:?}", late.said_frames);
+}
+
+/// The controller's tables are those of all programs.
+#[test]
+fn an_entry_is_set_for_the_programs_that_are_called() {
+    let set = |lines: &str| kuka(lines, None);
+    let plain = || set(&format!("{TOOL}\n$BASE=BASE_DATA[1]"));
+    let agreed = |mut programs: Vec<Program>| {
+        agree(&mut programs);
+        let last = programs.pop().unwrap();
+        (selected(&last), last.said_frames.changed.len())
+    };
+    let main = set(&format!("BASE_DATA[1]={AT_700}\nSUB()"));
+    assert_eq!(agreed(vec![main, plain()]), (vec![Some(700.0)], 0));
+    let late = set(&format!("SUB()\nBASE_DATA[1]={AT_700}"));
+    assert_eq!(agreed(vec![late, plain()]).1, 1);
+    let several = set(&format!(
+        "BASE_DATA[1]={AT_700}\nSUB()\nBASE_DATA[1]={AT_800}\nSUB()"
+    ));
+    assert_eq!(agreed(vec![several, plain()]).1, 1);
+    let own = set(&format!(
+        "{TOOL}\nBASE_DATA[1]={AT_800}\n$BASE=BASE_DATA[1]"
+    ));
+    let main = set(&format!("BASE_DATA[1]={AT_700}\nSUB()"));
+    assert_eq!(agreed(vec![main, own]).1, 1);
+    assert_eq!(agreed(vec![plain(), plain()]), (vec![None], 0));
 }

@@ -133,16 +133,29 @@ fn checked(frame: Frame, cell: &Cell, settings: &Settings) -> Option<Pose> {
     }
 }
 
+/// How far two places lie apart, mm, and how they are turned, rad.
+fn between(a: &Pose, b: &Pose) -> [f64; 2] {
+    [
+        a.position.distance(b.position),
+        a.orientation.angle_between(b.orientation),
+    ]
+}
+
+/// Whether two places are one.
+pub(in crate::waam) fn same(a: &Pose, b: &Pose) -> bool {
+    let [apart, turned] = between(a, b);
+    apart <= SAME.0 && turned <= SAME.1
+}
+
 fn differing(
     (frame, holds): (Frame, Holds),
     dialect: Dialect,
     [said, checked]: [&Pose; 2],
 ) -> Option<Elsewhere> {
-    let apart = said.position.distance(checked.position);
-    let turned = said.orientation.angle_between(checked.orientation);
-    if apart <= SAME.0 && turned <= SAME.1 {
+    if same(said, checked) {
         return None;
     }
+    let [apart, turned] = between(said, checked);
     let (what, where_from, of_file) = match (frame, holds) {
         (Frame::Part, Holds::Part) => (
             "the part",

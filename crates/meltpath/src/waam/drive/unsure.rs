@@ -8,6 +8,7 @@ use meltpath_programs::program::{Coordinates, Group, Instruction, Position, Posi
 use meltpath_programs::{Dialect, Gap, Open, Program, Reading};
 use meltpath_toolpath::Move;
 
+use crate::waam::program::by_joints::counts_as;
 use crate::waam::settings::Settings;
 
 /// Something that leaves open where the arm goes.
@@ -253,7 +254,7 @@ fn more(count: usize) -> String {
     }
 }
 
-/// Frames that a program declares otherwise than by numbers.
+/// Frames that a program declares otherwise than by numbers, and those that it sets while moves are made in them.
 fn of_declarations(read: &Read<'_>) -> Vec<Unsure> {
     let told = |program: &Program, (line, text): &(u32, String)| Unsure {
         open: Open::Places,
@@ -268,7 +269,18 @@ fn of_declarations(read: &Read<'_>) -> Vec<Unsure> {
         .programs
         .iter()
         .flat_map(|p| p.said_frames.unread.iter().map(move |unread| (p, unread)));
-    all.map(|(program, unread)| told(program, unread)).collect()
+    let unread = all.map(|(program, unread)| told(program, unread));
+    let changed = read.programs.iter().flat_map(|p| &p.said_frames.changed);
+    let changed = changed.map(|line| Unsure {
+        open: Open::Places,
+        lie: Lie::ToBeads,
+        reason: format!(
+            "program {}, line {}, \"{}\" sets a frame that moves before it, or in another program, are made in, too: where it lies for each is not followed",
+            line.program, line.line, line.text
+        ),
+        remedy: "set each frame once, before all that moves in it, or in the program that moves in it".to_owned(),
+    });
+    unread.chain(changed).collect()
 }
 
 /// External axes away from zero that the robot's file lacks.
@@ -370,6 +382,37 @@ pub(in crate::waam) fn undecided_over_metal(check: Check, unsure: &[Unsure]) -> 
         .cloned();
     let of_travels: Vec<Unsure> = of_travels.collect();
     undecided(check, &[], &of_travels)
+}
+
+/// Takes from a check of the arm what the arm of another maker than the controller's leaves open: it stands in other ways, and CONFIG is none of its words.
+pub(in crate::waam) fn undecided_of_another_arm(
+    check: Check,
+    programs: &[Program],
+    settings: &Settings,
+) -> Check {
+    let Some(cell) = &settings.robot else {
+        return check;
+    };
+    let other = |p: &&Program| !counts_as(cell.maker, p.dialect);
+    let Some(program) = programs.iter().find(other) else {
+        return check;
+    };
+    let config = check.id == "config";
+    if check.status == Status::NotChecked && !config {
+        return check;
+    }
+    let unsure = Unsure {
+        open: Open::Places,
+        lie: Lie::InArm,
+        reason: format!(
+            "the program {} is one for {}, and the arm that is named is another maker's ({}): how its controller holds it and leads it is not known",
+            program.name,
+            program.dialect.name(),
+            cell.name
+        ),
+        remedy: "name an arm of this controller's maker in the job (machine.robot; `maker` of the robot's file)".to_owned(),
+    };
+    open(check, &[&unsure])
 }
 
 fn open(check: Check, all: &[&Unsure]) -> Check {

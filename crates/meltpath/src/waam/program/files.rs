@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Place, Reporter};
 use meltpath_programs::program::Instruction;
+use meltpath_programs::shared_frames::agree;
 use meltpath_programs::{CellProgramming, Dialect, ParseError, Parsed, Program, dialect, val3};
 
 use crate::waam::program::ProgramStageError;
@@ -142,6 +143,7 @@ pub(crate) fn read(
         }
         files.push(path);
     }
+    agree(&mut programs);
     Ok((programs, files))
 }
 

@@ -24,8 +24,16 @@ use crate::waam::surface::wall;
 /// Lengths laid that differ by less, in relation, are the same.
 const SAME_LENGTH: f64 = 1e-3;
 
+/// Programs that were written into a folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WrittenPrograms {
+    /// The names of the files.
+    pub files: Vec<String>,
+    /// Whether the robot of the job holds the torch along all of them, as far as that was looked for; true where the job names none.
+    pub held: bool,
+}
+
 /// Writes the programs of a plan, read back, into a new folder: in the dialects that the job asks for, else in the cell's own.
-/// Returns the names of the files.
 ///
 /// # Errors
 /// [`WaamError`]; nothing is written then.
@@ -35,7 +43,7 @@ pub fn program_to_folder(
     out: &Path,
     wanted: Wanted,
     (reporter, observer): (&Reporter, &dyn Observer),
-) -> Result<Vec<String>, WaamError> {
+) -> Result<WrittenPrograms, WaamError> {
     let mut loaded = load(job, reporter)?;
     let toolpath = read_toolpath(toolpath)?;
     // the plan may have chosen how corners are smoothed
@@ -58,7 +66,7 @@ pub fn program_to_folder(
     };
     not_judged(settings, wanted, reporter);
     let mut files = Vec::new();
-    let mut way = None;
+    let (mut way, mut held) = (None, true);
     for dialect in settings.dialects() {
         let programs = hold::write(
             &loaded.name,
@@ -82,6 +90,7 @@ pub fn program_to_folder(
             );
         }
         not_held(&programs, settings, reporter);
+        held &= programs.chosen.not_held.is_none() && programs.chosen.divisions.is_empty();
         for file in programs.files {
             if !files.iter().any(|f: &TextFile| f.name == file.name) {
                 files.push(file);
@@ -109,7 +118,10 @@ pub fn program_to_folder(
     }
     folder.commit()?;
     let package = package.map(|_| toolpath_file::NAME.to_owned());
-    Ok(files.into_iter().map(|f| f.name).chain(package).collect())
+    Ok(WrittenPrograms {
+        files: files.into_iter().map(|f| f.name).chain(package).collect(),
+        held,
+    })
 }
 
 /// Tells that the way of the robot along programs is not judged by writing them.
