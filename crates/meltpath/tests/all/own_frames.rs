@@ -1,5 +1,6 @@
 //! Programs of others whose positions are in the robot's own frame: the robot's file says where the part lies in it, and they are judged as the same positions in the part's frame are.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::dialects::job_for;
@@ -251,7 +252,7 @@ fn points_that_lie_too_close_for_the_controller_are_told() {
         lines.push(format!("L P[103] {speed}mm/sec FINE Arc End[1]"));
         let mut text = "/PROG FINE\n/MN\n".to_owned();
         for (n, line) in (1..).zip(&lines) {
-            text += &format!("{n:4}:{line} ;\n");
+            writeln!(text, "{n:4}:{line} ;").unwrap();
         }
         text += "/POS\n";
         for n in 1..=103_u32 {
@@ -259,9 +260,10 @@ fn points_that_lie_too_close_for_the_controller_are_told() {
                 0.2 * f64::from(n.saturating_sub(2)),
                 if n == 1 { 50.0 } else { 0.0 },
             );
-            text += &format!(
-                "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x:.1} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n"
-            );
+            writeln!(
+                text,
+                "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x:.1} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};"
+            ).unwrap();
         }
         let file = write(dir.path(), "fine.ls", text + "/END\n");
         let runs = NextIn(&dir.path().join("runs"));
