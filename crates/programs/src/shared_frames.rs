@@ -135,17 +135,6 @@ const OF_PART: u32 = 1000;
 /// The user frames of a program that are the robot's own: `UFRAME_NUM=0`, `$WORLD`, `wobj0`, `///POSTYPE BASE`, a script's plain poses; as far as moves
 /// are in them.
 pub fn own_frames(program: &Program) -> Vec<u32> {
-    let said = &program.said_frames.user;
-    let own = |n: &u32| match program.dialect {
-        Dialect::FanucLs | Dialect::Inform => *n == 0 && !said.contains_key(n),
-        Dialect::Krl => {
-            let written = *n >= WRITTEN_OUT && said.get(n) == Some(&Pose::IDENTITY);
-            written || *n == 0
-        }
-        Dialect::Rapid => program.frame_names((*n, 0))[0] == "wobj0",
-        Dialect::UrScript => *n == BASE,
-        Dialect::Val3 => program.frame_names((*n, 0))[0] == "world",
-    };
     let of_positions = program.positions.iter().flat_map(|p| &p.groups);
     let of_positions = of_positions.filter_map(|g| g.frame);
     let selected = program.instructions.iter().filter_map(|i| match i {
@@ -153,7 +142,20 @@ pub fn own_frames(program: &Program) -> Vec<u32> {
         _ => None,
     });
     let all: BTreeSet<u32> = of_positions.chain(selected).collect();
-    all.into_iter().filter(own).collect()
+    all.into_iter().filter(|n| is_own(program, *n)).collect()
+}
+
+/// Whether a user frame of a program is the robot's own, be it selected there or in what calls it.
+pub fn is_own(program: &Program, number: u32) -> bool {
+    let said = program.said_frames.user.get(&number);
+    let named = |name: &str| program.frame_names((number, 0))[0] == name;
+    match program.dialect {
+        Dialect::FanucLs | Dialect::Inform => number == 0 && said.is_none(),
+        Dialect::Krl => number == 0 || (number >= WRITTEN_OUT && said == Some(&Pose::IDENTITY)),
+        Dialect::Rapid => named("wobj0"),
+        Dialect::UrScript => number == BASE,
+        Dialect::Val3 => named("world"),
+    }
 }
 
 /// Tells the moves of a program that lie in its user frame `own` in that of the part, which is called `name` there: `part` and `own_frame` are where the part's and

@@ -277,11 +277,7 @@ fn decide(
     commands: &Commands,
     settings: &Settings,
 ) {
-    let own_frame = of_own_frame(commands);
     for check in checks.iter_mut() {
-        if OF_THE_PART.contains(&check.id.as_str()) {
-            doubt::undecided(std::slice::from_mut(check), &own_frame);
-        }
         if check.id == TRAVELS {
             *check = unsure::undecided_over_metal(check.clone(), &commands.unsure);
         }
@@ -310,7 +306,12 @@ fn leave_undecided(
         .chain(by_distance.map(|(doubt, _)| doubt))
         .cloned()
         .collect();
-    doubt::undecided(checks, &of_metal);
+    let of_part = [of_own_frame(commands), of_metal.clone()].concat();
+    for check in checks.iter_mut() {
+        let part = OF_THE_PART.contains(&check.id.as_str());
+        let doubts = if part { &of_part } else { &of_metal };
+        doubt::undecided(std::slice::from_mut(check), doubts);
+    }
     if let Some(standing) = standing {
         doubt::undecided_under_torch(checks, doubts, standing);
     }

@@ -443,8 +443,7 @@ pub fn commands(
     if external.is_none() {
         unsure.extend(unsure::of_axes(programs, &reading, settings));
     }
-    let own_frame = *settings.cell.program.user_frame == 0;
-    let in_own_frame = !own_frame && unsure::in_own_frame(programs, &reading);
+    let in_own_frame = unsure::in_own_frame(programs, &reading, settings);
     let toolpath = &reading.toolpath;
     let arc_length = toolpath.deposited_length();
     let start = toolpath.passes().next().map(|pass| tool(&pass, 0));

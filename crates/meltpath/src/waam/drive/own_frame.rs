@@ -1,12 +1,14 @@
 //! Positions that programs of others tell in the robot's own frame: the robot's file says where the part lies in it, and they are told in the part's frame.
 
+use std::collections::BTreeSet;
+
 use meltpath_base::Reporter;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::frame_text::shown;
 use meltpath_programs::held::Holds;
 use meltpath_programs::program::Coordinates;
-use meltpath_programs::shared_frames::{own_frames, tell_in_part};
+use meltpath_programs::shared_frames::{is_own, own_frames, tell_in_part};
 use meltpath_programs::{Dialect, Program};
 use meltpath_robot::cell::{Cell, Maker};
 
@@ -22,12 +24,21 @@ pub(in crate::waam) fn settle(programs: &mut [Program], settings: &Settings, rep
     let Some(part) = part(cell, settings) else {
         return;
     };
+    // what one program selects stays so in those that it calls
+    let shared: BTreeSet<u32> = programs
+        .iter()
+        .filter(|p| p.dialect == Dialect::Krl)
+        .flat_map(own_frames)
+        .collect();
     let mut told = None;
     for program in programs {
         let (Some(own), Some(name)) = (own(cell, program.dialect), name(program, settings)) else {
             continue;
         };
-        let numbers = own_frames(program);
+        let mut numbers: BTreeSet<u32> = own_frames(program).into_iter().collect();
+        if program.dialect == Dialect::Krl {
+            numbers.extend(shared.iter().filter(|n| is_own(program, **n)));
+        }
         let said = program.said_frames.user.iter();
         let mut others = said.filter(|(n, _)| !numbers.contains(n));
         // frames that it tells elsewhere lie to its own as it says
@@ -90,6 +101,11 @@ fn own(cell: &Cell, dialect: Dialect) -> Option<Pose> {
     }
 }
 
+/// Whether a user frame of a program is the robot's own, and another one than the cell file's of the part.
+pub(in crate::waam) fn beside_part(program: &Program, number: u32, settings: &Settings) -> bool {
+    is_own(program, number) && name(program, settings).is_some()
+}
+
 /// What the cell file calls the part's frame; nothing where that is the robot's own.
 fn name(program: &Program, settings: &Settings) -> Option<String> {
     let words = &settings.cell.program;
@@ -98,11 +114,28 @@ fn name(program: &Program, settings: &Settings) -> Option<String> {
             (*words.user_frame != 0).then(|| words.user_frame.to_string())
         }
         Dialect::Rapid => {
-            let object = words.rapid.as_ref()?.work_object.to_lowercase();
+            let words = words.rapid.as_ref();
+            let object = words.map_or_else(|| OF_PART.to_owned(), |w| w.work_object.to_lowercase());
             (object != "wobj0").then_some(object)
         }
-        Dialect::UrScript | Dialect::Val3 => Some("part".to_owned()),
+        Dialect::UrScript => {
+            let words = words.script.as_ref();
+            let base = words.is_some_and(|w| at_base(&w.part));
+            (!base).then(|| OF_PART.to_owned())
+        }
+        Dialect::Val3 => Some(OF_PART.to_owned()),
     }
+}
+
+/// What a part's frame is called that the cell file does not name.
+const OF_PART: &str = "part";
+
+/// Whether a pose of a script is that of the base: `p[0,0,0,0,0,0]`.
+fn at_base(pose: &str) -> bool {
+    let inner = pose.trim().strip_prefix("p[");
+    let inner = inner.and_then(|p| p.strip_suffix(']'));
+    let zero = |v: &str| v.trim().parse::<f64>() == Ok(0.0);
+    inner.is_some_and(|all| all.split(',').all(zero))
 }
 
 /// Whether an external axis stands elsewhere than at zero: the part may lie elsewhere then.

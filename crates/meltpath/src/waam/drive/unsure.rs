@@ -8,6 +8,7 @@ use meltpath_programs::program::{Coordinates, Group, Instruction, Position, Posi
 use meltpath_programs::{Dialect, Gap, Open, Program, Reading};
 use meltpath_toolpath::Move;
 
+use crate::waam::drive::own_frame::beside_part;
 use crate::waam::program::by_joints::counts_as;
 use crate::waam::settings::Settings;
 
@@ -111,7 +112,7 @@ pub(in crate::waam) fn of(
     let counting: Vec<At> = moves.iter().filter(counting).copied().collect();
     let bead = counting.iter().find(|at| at.lays).copied();
     let numbers = bead.and_then(|bead| of_numbers(read, bead, settings));
-    let own = bead.and_then(|bead| of_own_frame(read, bead));
+    let own = bead.and_then(|bead| of_own_frame(read, bead, settings));
     let numbers = numbers.filter(|_| own.is_none());
     if let Some(numbers) = &numbers {
         reporter.warn("other-frames", &numbers.reason, &numbers.remedy);
@@ -147,20 +148,22 @@ fn moves(reading: &Reading) -> Vec<At> {
     all
 }
 
-/// Beads in the robot's own frame: FANUC's UFRAME 0, KUKA's base 0, Yaskawa's positions of the base.
-pub(in crate::waam) fn in_own_frame(programs: &[Program], reading: &Reading) -> bool {
+/// Beads in the robot's own frame: FANUC's UFRAME 0, KUKA's base 0 and `$WORLD`, Yaskawa's positions of the base, `wobj0`, a script's plain poses.
+pub(in crate::waam) fn in_own_frame(
+    programs: &[Program],
+    reading: &Reading,
+    settings: &Settings,
+) -> bool {
     let read = &Read::of(programs);
     let bead = moves(reading)
         .into_iter()
         .find(|at| at.lays && at.counts(read));
-    bead.is_some_and(|bead| of_own_frame(read, bead).is_some())
+    bead.is_some_and(|bead| of_own_frame(read, bead, settings).is_some())
 }
 
-fn of_own_frame(read: &Read<'_>, bead: At) -> Option<Unsure> {
+fn of_own_frame(read: &Read<'_>, bead: At, settings: &Settings) -> Option<Unsure> {
     let program = bead.program(read)?;
-    let numbered = numbered(program.dialect);
-    let said = program.said_frames.user.contains_key(&bead.frames.0);
-    (numbered && bead.frames.0 == 0 && !said).then(|| Unsure {
+    beside_part(program, bead.frames.0, settings).then(|| Unsure {
         open: Open::Places,
         lie: Lie::InArm,
         reason: format!(
@@ -173,7 +176,7 @@ fn of_own_frame(read: &Read<'_>, bead: At) -> Option<Unsure> {
 
 /// What to do about beads in the robot's own frame.
 pub(in crate::waam) const OWN_FRAME: &str =
-    "export the program in the user frame of the part (program.user_frame of the cell file)";
+    "export the program in the user frame of the part (program.user_frame of the cell file), or name the robot whose file says where the part lies (machine.robot; without a track, external axes at zero)";
 
 /// Whether frames have the controller's numbers.
 fn numbered(dialect: Dialect) -> bool {
