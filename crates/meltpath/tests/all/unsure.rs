@@ -137,6 +137,21 @@ fn an_arm_in_frames_that_nobody_tells_is_not_decided_about() {
     let lack = check(&moved, "lack");
     assert_eq!(lack.status, Status::CannotSay, "{lack:?}");
     says(&lack.reason, &["in the robot's own frame"]);
+    // nor where no robot says where the part lies
+    let job = job(dir.path(), cells::ARCMATE_120IC.text);
+    let text = std::fs::read_to_string(&job).unwrap();
+    let without = text.replace("robot = \"robot.toml\"", "");
+    assert_ne!(text, without);
+    std::fs::write(&job, without).unwrap();
+    let alone = simulated(dir.path(), &job, &[], [0, 1], "");
+    let lack = check(&alone, "lack");
+    assert_eq!(lack.status, Status::CannotSay, "{lack:?}");
+    says(&lack.reason, &["in the robot's own frame"]);
+    says(
+        lack.remedy.as_ref().unwrap(),
+        &["program.user_frame", "machine.robot"],
+    );
+    assert_ne!(check(&alone, "height").status, Status::CannotSay);
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Where programs say that their frames lie: in numbers, in sums of constants, written out where they are selected, or not readably.
 
 use meltpath_base::Reporter;
+use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::Instruction;
-use meltpath_programs::shared_frames::agree;
+use meltpath_programs::shared_frames::{agree, own_frames, tell_in_part};
 use meltpath_programs::{Dialect, Open, Program, Reading, dialect, read_toolpath};
 
 use crate::dialects::cell;
@@ -308,4 +309,44 @@ fn an_entry_is_set_for_the_programs_that_are_called() {
     let main = set(&format!("BASE_DATA[1]={AT_700}\nSUB()"));
     assert_eq!(agreed(vec![main, own]).1, 1);
     assert_eq!(agreed(vec![plain(), plain()]), (vec![None], 0));
+}
+
+/// The same positions, told in the robot's own frame and moved into the part's, lie where they did: to half of the last digit, 1e-9 mm, along each axis.
+#[test]
+fn positions_in_the_robots_own_frame_are_those_in_the_parts() {
+    let turned = |at: [f64; 3], wpr: [f64; 3]| {
+        let wpr = DVec3::from_array(wpr.map(f64::to_radians));
+        Pose::from_wpr(DVec3::from_array(at), wpr)
+    };
+    let part = turned([1050.0, -190.0, 127.0], [5.0, -0.7, 17.0]);
+    let own = turned([3.0, -2.0, 525.0], [1.0, 2.0, -3.0]);
+    let own_from_part = own.inverse().then(part);
+    let at = [[1.0, 2.0, 5.0], [40.0, -3.0, 7.0], [41.5, 20.25, -0.125]];
+    let tool = turned([0.0; 3], [170.0, 12.0, -40.0]);
+    let lines = |base: &str, from: Pose| {
+        let line = |xyz: &[f64; 3]| {
+            let to = from.then(Pose::at(DVec3::from_array(*xyz)).then(tool));
+            let [x, y, z] = to.position.to_array();
+            let [c, b, a] = to.wpr().to_array().map(f64::to_degrees);
+            format!("LIN {{X {x:.9},Y {y:.9},Z {z:.9},A {a:.9},B {b:.9},C {c:.9}}}")
+        };
+        let all: Vec<String> = at.iter().map(line).collect();
+        format!("{TOOL}\n$BASE={base}\n$VEL.CP=0.1\n{}", all.join("\n"))
+    };
+    let plain = kuka(&lines("BASE_DATA[1]", Pose::IDENTITY), None);
+    for base in ["$WORLD", "$NULLFRAME", "BASE_DATA[0]"] {
+        let mut told = kuka(&lines(base, own_from_part), None);
+        let [number] = own_frames(&told)[..] else {
+            panic!("{base}")
+        };
+        tell_in_part(&mut told, number, "1", [part, own]);
+        let [a, b] = [&plain, &told].map(|p| motions(&run(p)));
+        for (a, b) in a.iter().zip(&b).take(3) {
+            let apart = a.to.distance(b.to);
+            assert!(apart < 0.9e-9, "{base}: {apart:e} mm");
+            assert!(a.axis.distance(b.axis) < 1e-10, "{base}");
+            assert_eq!(a.control.frames.0, b.control.frames.0);
+        }
+        assert_eq!((a.len(), b.len()), (4, 4));
+    }
 }

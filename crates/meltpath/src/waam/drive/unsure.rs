@@ -175,8 +175,7 @@ fn of_own_frame(read: &Read<'_>, bead: At, settings: &Settings) -> Option<Unsure
 }
 
 /// What to do about beads in the robot's own frame.
-pub(in crate::waam) const OWN_FRAME: &str =
-    "export the program in the user frame of the part (program.user_frame of the cell file), or name the robot whose file says where the part lies (machine.robot; without a track, external axes at zero)";
+pub(in crate::waam) const OWN_FRAME: &str = "export the program in the user frame of the part (program.user_frame of the cell file), or name the robot whose file says where the part lies (machine.robot; without a track, external axes at zero)";
 
 /// Whether frames have the controller's numbers.
 fn numbered(dialect: Dialect) -> bool {
