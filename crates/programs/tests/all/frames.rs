@@ -328,7 +328,7 @@ fn positions_in_the_robots_own_frame_are_those_in_the_parts() {
             let to = from.then(Pose::at(DVec3::from_array(*xyz)).then(tool));
             let [x, y, z] = to.position.to_array();
             let [c, b, a] = to.wpr().to_array().map(f64::to_degrees);
-            format!("LIN {{X {x:.9},Y {y:.9},Z {z:.9},A {a:.9},B {b:.9},C {c:.9}}}")
+            format!("PTP {{X {x:.9},Y {y:.9},Z {z:.9},A {a:.9},B {b:.9},C {c:.9}}}")
         };
         let all: Vec<String> = at.iter().map(line).collect();
         format!("{TOOL}\n$BASE={base}\n$VEL.CP=0.1\n{}", all.join("\n"))
@@ -341,12 +341,12 @@ fn positions_in_the_robots_own_frame_are_those_in_the_parts() {
         };
         tell_in_part(&mut told, number, "1", [part, own]);
         let [a, b] = [&plain, &told].map(|p| motions(&run(p)));
-        for (a, b) in a.iter().zip(&b).take(3) {
+        for (a, b) in a.iter().zip(&b).take(2) {
             let apart = a.to.distance(b.to);
             assert!(apart < 0.9e-9, "{base}: {apart:e} mm");
             assert!(a.axis.distance(b.axis) < 1e-10, "{base}");
-            assert_eq!(a.control.frames.0, b.control.frames.0);
+            assert_eq!(a.control.frames.0, b.control.frames.0, "{base}");
         }
-        assert_eq!((a.len(), b.len()), (4, 4));
+        assert_eq!((a.len(), b.len()), (3, 3), "from the first to the last");
     }
 }
