@@ -42,8 +42,10 @@ table! {
 /// An axis where all stand at zero: a point of it, mm, and its unit direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    origin: DVec3,
-    direction: DVec3,
+    /// A point of it, mm.
+    pub origin: DVec3,
+    /// Its unit direction.
+    pub direction: DVec3,
 }
 
 /// A positioner, as far as programs are executed with it.
@@ -56,7 +58,7 @@ pub struct Turning {
     /// Its motion group on a FANUC.
     pub(crate) group: u32,
     /// The axes, where the table turns in the frame that positions are told in.
-    pub(crate) lines: Option<Vec<Line>>,
+    pub lines: Option<Vec<Line>>,
 }
 
 impl Positioner {
@@ -71,7 +73,7 @@ impl Positioner {
     }
 
     /// What execution knows of it.
-    pub(crate) fn turning(&self) -> Turning {
+    pub fn turning(&self) -> Turning {
         let stands = *self.user_frame == Some(UserFrame::Base);
         let lines = self.lines().filter(|_| stands);
         Turning {

@@ -29,6 +29,7 @@ use crate::waam::deposit::tube;
 use crate::waam::drive::lean::Lying;
 use crate::waam::drive::own_frame;
 use crate::waam::drive::reach;
+use crate::waam::drive::said_axes::axes_elsewhere;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::spacing;
 use crate::waam::drive::travels;
@@ -193,7 +194,15 @@ fn of_program(
     let (mut parsed, files) = files::read(main, &settings.cell.program, reporter)?;
     own_frame::settle(&mut parsed, settings, reporter);
     let mut commands = program::commands(&parsed, &[], settings, reporter)?;
-    commands.lower(settings.plate_height.unwrap_or(0.0));
+    let plate = settings.plate_height.unwrap_or(0.0);
+    let axes = axes_elsewhere(
+        &[program::spoken(&parsed)],
+        commands.external.as_ref(),
+        settings,
+        plate,
+    );
+    commands.elsewhere.extend(axes);
+    commands.lower(plate);
     spacing::tell(&parsed, &commands, settings, reporter);
     travels::pace(&parsed, &mut commands, settings, observer);
     Ok(Executed {

@@ -16,6 +16,7 @@ use crate::inputs;
 use crate::job::{self, Job, JobError, WaamJob, Written};
 use crate::outcome::record_inputs;
 use crate::waam::drive::hold;
+use crate::waam::drive::other_way::Otherwise;
 use crate::waam::drive::site::Site;
 use crate::waam::judge::checks::program_check;
 use crate::waam::program::toolpath_file;
@@ -138,21 +139,31 @@ pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
     )
 }
 
-/// The files that the job asks for, those for other controllers than the cell's own too, each read back; and their check.
+/// Files of programs that were written and read back.
+pub(super) struct WrittenFiles {
+    pub(super) files: Vec<TextFile>,
+    /// Whether they lay what the plan does.
+    pub(super) check: Check,
+    /// Those along which the arm goes otherwise than along the one that is judged.
+    pub(super) otherwise: Otherwise,
+}
+
+/// The files that the job asks for, those for other controllers than the one that is judged too, each read back; and their check.
 pub(super) fn written(
     loaded: &Loaded,
     toolpath: &Toolpath,
     (own, commands): (&Programs, &Commands),
     (site, observer): (Site<'_>, &dyn Observer),
-) -> Result<(Vec<TextFile>, Check), WaamError> {
+) -> Result<WrittenFiles, WaamError> {
     let settings = site.settings;
     let (mut files, mut further) = (Vec::new(), Vec::new());
+    let mut otherwise = Otherwise::default();
     for &dialect in &settings.programs {
-        if dialect == settings.cell.program.dialect.value {
+        if dialect == settings.judged() {
             files.extend_from_slice(&own.files);
             continue;
         }
-        // what is to be told of the plan is told by the cell's own
+        // what is to be told of the plan is told by those that are judged
         let silent = Reporter::new();
         let programs = hold::write(
             &loaded.name,
@@ -162,6 +173,7 @@ pub(super) fn written(
             own.chosen.way.as_ref(),
             (&silent, observer),
         )?;
+        otherwise.look(own, &programs, settings);
         let commands = programs.commands(settings, &silent)?;
         files.extend_from_slice(&programs.files);
         further.push((programs, commands));
@@ -169,5 +181,9 @@ pub(super) fn written(
     let all: Vec<_> = std::iter::once((own, commands))
         .chain(further.iter().map(|(p, c)| (p, c)))
         .collect();
-    Ok((files, program_check(&all, toolpath)))
+    Ok(WrittenFiles {
+        files,
+        check: program_check(&all, toolpath),
+        otherwise,
+    })
 }

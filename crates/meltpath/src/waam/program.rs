@@ -22,7 +22,7 @@ use meltpath_programs::{
     Program, ProgramError, Schedule, TextFile, Way, WeldSettings, WriteError, build, dialect,
     read_toolpath,
 };
-use meltpath_robot::cell::External;
+use meltpath_robot::cell::{External, Stance};
 use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_robot::driven::Driven;
@@ -55,16 +55,6 @@ pub enum ProgramStageError {
     )]
     Dialect {
         /// The dialect, as jobs call it.
-        dialect: &'static str,
-        /// Why.
-        source: Box<ProgramStageError>,
-    },
-    /// Programs of the cell's own dialect, which a plan is followed in, cannot be written, and the job asks for others.
-    #[error(
-        "{source}; the plan is followed as the controller of the cell file runs it (program.dialect = \"{dialect}\"), whatever output.programs asks for: name there the controller that is to run it"
-    )]
-    OwnDialect {
-        /// The dialect of the cell.
         dialect: &'static str,
         /// Why.
         source: Box<ProgramStageError>,
@@ -138,12 +128,6 @@ impl ProgramStageError {
     /// The same of programs of a dialect, which is named where a job asks for several.
     pub(in crate::waam) fn of(self, dialect: Dialect, asked: &[Dialect]) -> Self {
         match self {
-            why @ ProgramStageError::Build(_) if !asked.is_empty() && !asked.contains(&dialect) => {
-                ProgramStageError::OwnDialect {
-                    dialect: dialect.word(),
-                    source: Box::new(why),
-                }
-            }
             why if asked.len() > 1 && !matches!(why, ProgramStageError::Cancelled(_)) => {
                 ProgramStageError::Dialect {
                     dialect: dialect.word(),
@@ -179,6 +163,10 @@ pub struct Chosen {
     pub clearance: Option<Clearance>,
     /// The way, for programs of the same moves in other words.
     pub way: Option<Arc<ArmWay>>,
+    /// How the arm stands at the start, and at the ends of joint moves: what its way follows from.
+    pub stands: BTreeMap<Option<u32>, Stance>,
+    /// How it stands along the whole of the way, one after the other.
+    pub stances: Vec<Stance>,
     /// Travels on which the arm goes over to another way.
     pub over: Vec<Change>,
     /// Where beads are to be divided first; a way is not chosen then.
@@ -201,6 +189,7 @@ impl Programs {
         let chosen = self.chosen.external.clone();
         commands.external = commands.external.or(chosen);
         commands.clearance = self.chosen.clearance;
+        commands.stands.clone_from(&self.chosen.stands);
         commands.over.clone_from(&self.chosen.over);
         commands.not_held = self.chosen.not_held;
         Ok(commands)
@@ -338,6 +327,8 @@ pub struct Commands {
     pub external: Option<Axes>,
     /// Whether the way that was chosen keeps clear of what stands around; nothing where none was chosen.
     pub clearance: Option<Clearance>,
+    /// How the arm stands at the start and at the ends of joint moves, as it was chosen; it counts where the program does not say it.
+    pub stands: BTreeMap<Option<u32>, Stance>,
     /// Travels on which the arm goes over to another way, as it was chosen.
     pub over: Vec<Change>,
     /// Where no way leads on, as it was looked for, and why.
@@ -491,6 +482,7 @@ pub fn commands(
         external,
         weaves: reading.toolpath.weaves,
         clearance: None,
+        stands: BTreeMap::new(),
         over: Vec::new(),
         not_held: None,
         divided: Vec::new(),

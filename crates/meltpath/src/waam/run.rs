@@ -28,6 +28,8 @@ use crate::waam::deposit::simulate::Simulation;
 use crate::waam::drive::film::Film;
 use crate::waam::drive::lean::{Lying, Turned};
 use crate::waam::drive::reach;
+use crate::waam::drive::said_axes;
+use crate::waam::drive::said_frames::undecided;
 use crate::waam::drive::site::Site;
 use crate::waam::judge::checks::{build_facts, fixed_torch_check, plan_facts};
 use crate::waam::judge::doubt::{self, Doubt};
@@ -132,16 +134,18 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     if let Some(standing) = doubt::of_standing_torch(&commands, settings) {
         doubt::undecided_under_torch(&mut checks, &leaning, standing);
     }
-    checks.extend(turned.as_ref().map(|t| t.check(settings)));
-    checks.extend(lying.and_then(|l| l.check(settings)));
-    let (written, check) = written(
+    let tilt = turned.as_ref().map(|t| t.check(settings));
+    let tilt = tilt.or_else(|| lying.and_then(|l| l.check(settings)));
+    checks.extend(tilt.map(|check| undecided(check, &commands.elsewhere)));
+    let written = written(
         &loaded,
         &plan.toolpath,
         (&programs, &commands),
         (Site::flat(settings), observer),
     )?;
-    checks.push(check);
-    checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.push(written.check);
+    let of_arm = reach::checks(along.as_ref(), &commands, settings).into_iter();
+    checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
@@ -156,7 +160,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
     loaded.record(&mut provenance)?;
-    let names: Vec<String> = written.iter().map(|f| f.name.clone()).collect();
+    let names: Vec<String> = written.files.iter().map(|f| f.name.clone()).collect();
     let shown = Shown {
         title: loaded.name.clone(),
         subtitle: subtitle(&part.name, settings),
@@ -173,7 +177,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     write_common(&folder, &shown, &verdict, &provenance)?;
     views::waam::write_passes(&folder, &plan.toolpath)?;
     let built = (part.name.as_str(), &part.mesh);
-    loaded.keep(&folder, (&plan.toolpath, built), &written)?;
+    loaded.keep(&folder, (&plan.toolpath, built), &written.files)?;
     observer.check()?;
     Ok(Outcome {
         folder: folder.commit()?,
@@ -323,6 +327,7 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
+    said_axes::tell(&loaded.settings, &reporter);
     if let Some(asked) = &loaded.settings.surface {
         return surface::run::examine(&loaded, asked, &reporter, observer);
     }

@@ -469,6 +469,17 @@ impl Settings {
         }
     }
 
+    /// The dialect of the programs that are judged: the cell's, where its file writes one and the job asks for it; else the first that the job
+    /// asks for.
+    pub fn judged(&self) -> Dialect {
+        let own = &self.cell.program.dialect;
+        match &self.programs[..] {
+            asked if own.is_written() && asked.contains(&own.value) => own.value,
+            [] => own.value,
+            [first, ..] => *first,
+        }
+    }
+
     /// Whether the cell has the words for every program that the job asks for: known before anything is planned.
     ///
     /// # Errors

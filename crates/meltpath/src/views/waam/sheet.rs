@@ -170,7 +170,7 @@ fn order(settings: &Settings, simulation: &Simulation) -> Table {
 /// Smoothing inside a bead, in the controller's words.
 fn smoothing(settings: &Settings) -> String {
     match settings.cell.program.blend.as_ref() {
-        Some(full) if *settings.cell.program.dialect != Dialect::FanucLs => {
+        Some(full) if settings.judged() != Dialect::FanucLs => {
             format!("{:.1} mm before corners", full.0 * settings.smoothing)
         }
         _ => format!("CNT{:.0}", 100.0 * settings.smoothing),

@@ -97,7 +97,7 @@ fn few_layers(laid: &Laid<'_>, part: &Part, settings: &Settings) -> Option<Strin
 
 /// What keeps a plan's metal from being decided about.
 fn doubts(lean: Option<&Lean>, settings: &Settings) -> Vec<Doubt> {
-    let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
+    let corners = doubt::of_corners(settings.judged(), settings);
     lean.map(doubt::of_lean)
         .into_iter()
         .chain(corners)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use meltpath_base::{Observer, Reporter};
 use meltpath_programs::{Program, Schedule, dry_run, tell};
-use meltpath_robot::cell::{Cell, External};
+use meltpath_robot::cell::{Cell, External, Stance};
 use meltpath_robot::collision::Cleared;
 use meltpath_robot::posture::{End, Follower, Held, NotHeld, Task};
 use meltpath_toolpath::Toolpath;
@@ -13,7 +13,7 @@ use meltpath_toolpath::Toolpath;
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::{ArmWay, Over};
 use crate::waam::drive::over;
-use crate::waam::drive::positions::{Positions, Reached, hold_so, of_robot, stance};
+use crate::waam::drive::positions::{Positions, Reached, hold_so, joint_move, of_robot, stance};
 use crate::waam::drive::site::Site;
 use crate::waam::drive::way::{free, looked_for};
 use crate::waam::program::wanted::{Asked, Torch};
@@ -165,7 +165,10 @@ fn choose(
             tell(position, reached.tip, axes, positioner);
         }
     }
+    let (stands, stances) = stands_of(&reached, &moves, cell);
     Ok(Chosen {
+        stands,
+        stances,
         external: free.then(|| axes_of(&reached, &moves)),
         clearance: Some(*found),
         over: way.over.changes.clone(),
@@ -173,6 +176,30 @@ fn choose(
         divisions: Vec::new(),
         not_held: None,
     })
+}
+
+/// How the arm stands at the start and at the ends of joint moves, and one after the other along all of them.
+fn stands_of(
+    reached: &[Reached],
+    moves: &Commands,
+    cell: &Cell,
+) -> (BTreeMap<Option<u32>, Stance>, Vec<Stance>) {
+    let (mut stands, mut stances) = (BTreeMap::new(), Vec::new());
+    for reached in reached.iter().filter(|r| r.end == End::Target) {
+        let Some(stance) = cell.stance(reached.joints) else {
+            continue;
+        };
+        // joints change with every place: they are no way to stand
+        let is_way = !matches!(stance, Stance::Joints(_));
+        if is_way && stances.last() != Some(&stance) {
+            stances.push(stance);
+        }
+        let command = reached.command;
+        if command.is_none() || joint_move(moves, command) {
+            stands.insert(command, stance);
+        }
+    }
+    (stands, stances)
 }
 
 /// Track and positioner at the end of each command.

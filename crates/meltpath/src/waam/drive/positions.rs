@@ -163,3 +163,19 @@ pub(in crate::waam) fn named(
     }
     named
 }
+
+/// Whether a command is a joint move.
+pub(super) fn joint_move(moves: &Commands, command: Option<u32>) -> bool {
+    let command = command.and_then(|c| moves.commands.get(c as usize));
+    command.is_some_and(|c| matches!(c.kind, Kind::Joint(_)))
+}
+
+/// How the arm stands at the start and at the ends of joint moves: as the program says, and as it was chosen where the program has no words for it.
+pub(super) fn stands(
+    named: &BTreeMap<Option<u32>, Stance>,
+    moves: &Commands,
+) -> BTreeMap<Option<u32>, Stance> {
+    let mut stands = moves.stands.clone();
+    stands.extend(named.iter().map(|(command, stance)| (*command, *stance)));
+    stands
+}

@@ -6,7 +6,6 @@ use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
 use meltpath_programs::Program;
 use meltpath_robot::cell::{Arrangement, Cell, Stance};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
-use meltpath_robot::command::Kind;
 use meltpath_robot::driven::Driven;
 use meltpath_robot::joint_move::JointMove;
 use meltpath_robot::kinematics::Unreachable;
@@ -22,7 +21,7 @@ use crate::waam::drive::hold::{ends, followed};
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
-use crate::waam::drive::positions::{Positions, named, stance, written_stance};
+use crate::waam::drive::positions::{Positions, joint_move, named, stance, stands, written_stance};
 use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
@@ -63,7 +62,8 @@ pub(in crate::waam) fn along(
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
-    let task = task(cell, moves, Rotation::Written, &named);
+    let stands = stands(&named, moves);
+    let task = task(cell, moves, Rotation::Written, &stands);
     Some(hold(&task, observer).and_then(|held| {
         let (steps, joint_moves) = film::steps(&task, &held)?;
         let said = |joint: &&JointMove| !named.contains_key(&Some(joint.command));
@@ -482,12 +482,6 @@ fn why(not: &NotHeld, table: &str) -> (String, String) {
             "move the part, so that the wrist stays on one side of the first axis and its own axes do not come in line".to_owned(),
         ),
     }
-}
-
-/// Whether a command is a joint move.
-fn joint_move(moves: &Commands, command: Option<u32>) -> bool {
-    let command = command.and_then(|c| moves.commands.get(c as usize));
-    command.is_some_and(|c| matches!(c.kind, Kind::Joint(_)))
 }
 
 /// Joint moves over which the arm goes to another way, and why.

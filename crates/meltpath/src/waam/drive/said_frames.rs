@@ -14,15 +14,15 @@ use crate::waam::program::by_joints::{counts_as, holds, standing};
 use crate::waam::settings::Settings;
 
 /// Places that differ by no more are one: mm, and rad. Programs are written to 1 µm and 0.0001°.
-const SAME: (f64, f64) = (0.1, 0.01 / 180.0 * std::f64::consts::PI);
+pub(super) const SAME: (f64, f64) = (0.1, 0.01 / 180.0 * std::f64::consts::PI);
 
 /// A place of a program that is not that of the robot's file.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::waam) struct Elsewhere {
     /// What differs, and by how much.
-    reason: String,
+    pub(super) reason: String,
     /// What to write where.
-    remedy: String,
+    pub(super) remedy: String,
 }
 
 /// What is compared.

@@ -13,7 +13,7 @@ use crate::waam::drive::driven;
 use crate::waam::drive::film::{self, Step};
 use crate::waam::drive::hold::followed;
 use crate::waam::drive::joint_moves;
-use crate::waam::drive::positions::{Positions, named};
+use crate::waam::drive::positions::{Positions, named, stands};
 use crate::waam::drive::times::{Times, longer};
 use crate::waam::drive::way::task;
 use crate::waam::program::{self, Commands, Slowed};
@@ -36,6 +36,7 @@ pub(in crate::waam) fn pace(
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
+    let named = stands(&named, moves);
     let held = {
         let task = task(cell, moves, Rotation::Written, &named);
         hold(&task, &Quiet(observer)).and_then(|held| Ok((film::steps(&task, &held)?, held)))

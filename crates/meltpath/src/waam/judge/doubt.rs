@@ -112,7 +112,7 @@ pub(in crate::waam) fn of_weaves() -> Doubt {
 pub(in crate::waam) fn of_standing(settings: &Settings) -> Option<Doubt> {
     let program = &settings.cell.program;
     let lines = |start: &[String], end: &[String]| [start, end].map(waits);
-    let ([start, end], remedy) = match *program.dialect {
+    let ([start, end], remedy) = match settings.judged() {
         Dialect::Krl => {
             let words = program.krl.as_ref()?;
             let remedy = "simulate the written program (meltpath simulate), which has it; or let the source see to start and crater, with both times 0";

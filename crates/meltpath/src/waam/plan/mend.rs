@@ -229,7 +229,7 @@ pub(in crate::waam) fn settle(
     // no way to fill holds a wall that leans, nor says how a controller goes round corners or how wide a woven bead is
     let doubted = plain.plan.lean.is_some()
         || settings.weave.is_some()
-        || doubt::of_corners(*settings.cell.program.dialect, settings).is_some();
+        || doubt::of_corners(settings.judged(), settings).is_some();
     let mended = if checks.is_empty() || doubted || !checks.iter().all(may_be_mended) {
         None
     } else {

@@ -6,6 +6,7 @@ use meltpath_toolpath::Toolpath;
 use crate::stages::part::Part;
 use crate::waam::drive::divide;
 use crate::waam::drive::hold;
+use crate::waam::drive::said_axes::axes_elsewhere;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::travels;
 use crate::waam::error::WaamError;
@@ -17,7 +18,7 @@ use crate::waam::settings::Settings;
 /// What is known before anything moves.
 pub(in crate::waam) struct Planned {
     pub(in crate::waam) plan: Plan,
-    /// In the dialect of the cell's controller.
+    /// In the dialect that is judged.
     pub(in crate::waam) programs: Programs,
     pub(in crate::waam) commands: Commands,
 }
@@ -44,7 +45,7 @@ pub(in crate::waam) fn planned(
 /// How often beads are divided and a way is looked for anew.
 const ROUNDS: usize = 4;
 
-/// The programs of a toolpath for the cell's controller, and what they command. Beads that no way of the job's robot holds as a whole are
+/// The programs of a toolpath for the controller that is judged, and what they command. Beads that no way of the job's robot holds as a whole are
 /// divided in the toolpath, where that lets it hold all of them.
 pub(in crate::waam) fn read_back(
     name: &str,
@@ -84,7 +85,7 @@ fn written(
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<(Programs, Commands), WaamError> {
     let settings = site.settings;
-    let own = settings.cell.program.dialect.value;
+    let own = settings.judged();
     let programs = hold::write(
         name,
         toolpath,
@@ -94,6 +95,9 @@ fn written(
         (reporter, observer),
     )?;
     let mut commands = programs.commands(settings, reporter)?;
+    let dialects = settings.dialects();
+    let axes = axes_elsewhere(&dialects, commands.external.as_ref(), settings, 0.0);
+    commands.elsewhere.extend(axes);
     travels::pace(&programs.parsed, &mut commands, settings, observer);
     Ok((programs, commands))
 }

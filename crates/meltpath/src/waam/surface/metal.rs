@@ -187,7 +187,7 @@ fn remedy(id: &str, asked: Option<&Asked>) -> String {
 
 /// What keeps the metal from being decided about.
 fn doubts(grown: &Grown, plan: &SurfacePlan, settings: &Settings) -> Vec<Doubt> {
-    let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
+    let corners = doubt::of_corners(settings.judged(), settings);
     let room = (grown.fine.laid.beside > 0.0 || grown.coarse.laid.beside > 0.0).then(|| Doubt {
         reason: format!(
             "{:.1} mm³ of metal found no room in memory",

@@ -19,8 +19,10 @@ use crate::stages::part::Part;
 use crate::stages::sheet::{self, Sheet};
 use crate::waam::drive::expected::expected;
 use crate::waam::drive::film::Film;
+use crate::waam::drive::lean;
 use crate::waam::drive::reach;
 use crate::waam::drive::record::Sample;
+use crate::waam::drive::said_frames::undecided;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::solids::Standing;
 use crate::waam::error::WaamError;
@@ -188,17 +190,21 @@ pub(super) fn wall(
     observer.check()?;
     let turned = reach::turned(along.as_ref(), &commands);
     let mut checks = judge::checks(&plan, asked, settings, turned.as_ref());
+    if let (Some(_), Some(tilt)) = (&turned, checks.iter_mut().find(|c| c.id == lean::ID)) {
+        *tilt = undecided(tilt.clone(), &commands.elsewhere);
+    }
     checks.extend(metal::checks(&driven.grown, &plan, &commands, settings));
     checks.extend(borrowed_check(settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));
-    let (files, check) = written(
+    let written = written(
         loaded,
         &plan.toolpath,
         (&programs, &commands),
         (site, observer),
     )?;
-    checks.push(check);
-    checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.push(written.check);
+    let of_arm = reach::checks(along.as_ref(), &commands, settings).into_iter();
+    checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
     checks.extend(held::checks(&standing, &commands, settings));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let mut facts = judge::facts(&plan, asked, settings, &driven.summary, turned.as_ref());
@@ -216,7 +222,7 @@ pub(super) fn wall(
         samples: driven.samples,
         grown: driven.grown,
         summary: driven.summary,
-        files,
+        files: written.files,
         checks,
         facts,
         film: reach::film(along),

@@ -1,0 +1,74 @@
+//! Programs that are delivered beside the one that is judged, and how the arm stands along them.
+
+use std::sync::Arc;
+
+use meltpath_base::{Check, Status};
+use meltpath_programs::Dialect;
+
+use crate::job::waam::ExternalChoice;
+use crate::waam::drive::positions::stance;
+use crate::waam::program::{Chosen, Programs, spoken};
+use crate::waam::settings::Settings;
+
+/// Programs along which the arm goes otherwise than along the one that is judged.
+#[derive(Debug, Clone, Default)]
+pub(in crate::waam) struct Otherwise(Vec<Dialect>);
+
+impl Otherwise {
+    /// Looks at one of them beside the one that is judged. Where the dialect has no words of the arm's maker its program does not say how the arm
+    /// stands: nothing is known of it here.
+    pub(in crate::waam) fn look(
+        &mut self,
+        judged: &Programs,
+        other: &Programs,
+        settings: &Settings,
+    ) {
+        let Some(cell) = &settings.robot else { return };
+        let dialect = spoken(&other.parsed);
+        let says = stance(cell, dialect, [0.0; 6]).is_some();
+        if says && !alike([&judged.chosen, &other.chosen], settings) {
+            self.0.push(dialect);
+        }
+    }
+
+    /// Takes from the check of CONFIG what does not hold for all programs.
+    pub(in crate::waam) fn undecided(&self, check: Check, settings: &Settings) -> Check {
+        if check.id != "config" || self.0.is_empty() || check.status == Status::Fail {
+            return check;
+        }
+        let names: Vec<&str> = self.0.iter().map(|d| d.name()).collect();
+        let judged = settings.judged();
+        let undecided = Check {
+            status: Status::CannotSay,
+            reason: String::new(),
+            ..check.clone()
+        };
+        let told = format!(
+            "the program for {} leads the arm another way than the one for {}, which is judged here: reach, speeds and collisions of it are not",
+            names.join(", "),
+            judged.name()
+        );
+        let words = self.0.first().map_or("", |d| d.word());
+        let checks = undecided.because(&told);
+        let checks = match &check.reason[..] {
+            "" => checks,
+            reason => checks.because(reason),
+        };
+        checks.remedy(format!(
+            "plan a job for it alone: output.programs = [\"{words}\"], or name it first and leave program.dialect out of the cell's file"
+        ))
+    }
+}
+
+/// Whether the arm goes the same way along two programs of a plan.
+fn alike([judged, other]: [&Chosen; 2], settings: &Settings) -> bool {
+    match (&judged.way, &other.way) {
+        (Some(a), Some(b)) if Arc::ptr_eq(a, b) => true,
+        // axes that were chosen anew may stand elsewhere
+        (Some(_), Some(_)) => {
+            settings.external == ExternalChoice::Standing && judged.stances == other.stances
+        }
+        (None, None) => true,
+        _ => false,
+    }
+}
