@@ -11,6 +11,7 @@ mod by_joints;
 mod changing_speed;
 mod compare;
 mod corners;
+mod delivered;
 mod dialects;
 mod divided_beads;
 mod ebm;

@@ -96,6 +96,14 @@ pub(super) fn number_of(fields: &[(String, Field)], name: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
+/// Beyond this an angle is none, deg: nobody writes so many turns, and no more is left of it than rounding.
+const ANY_TURN: f64 = 1e6;
+
+/// The angle of a field, deg.
+fn angle_of(fields: &[(String, Field)], name: &str) -> Option<f64> {
+    number_of(fields, name).filter(|angle| angle.abs() <= ANY_TURN)
+}
+
 /// Where a frame lies that is written out: `{X 700,Y 300,Z 100,A 0,B 0,C 0}`, `$NULLFRAME`, and of bases `$WORLD`, which is taken to lie at the arm's base.
 pub(super) fn place(which: Which, value: &str) -> Option<Pose> {
     let world = which == Which::User && value.eq_ignore_ascii_case("$WORLD");
@@ -103,7 +111,8 @@ pub(super) fn place(which: Which, value: &str) -> Option<Pose> {
         return Some(Pose::IDENTITY);
     }
     let all = fields(value)?;
-    let [x, y, z, a, b, c] = ["X", "Y", "Z", "A", "B", "C"].map(|name| number_of(&all, name));
+    let [x, y, z] = ["X", "Y", "Z"].map(|name| number_of(&all, name));
+    let [a, b, c] = ["A", "B", "C"].map(|name| angle_of(&all, name));
     Some(pose(DVec3::new(x?, y?, z?), [c?, b?, a?]))
 }
 
@@ -136,22 +145,22 @@ pub(super) fn coordinates(text: &str) -> Option<Coordinates> {
     }
     if number("A1").is_some() {
         let mut joints = axes("A", "deg");
+        joints.retain(|axis| axis.value.abs() <= ANY_TURN);
         joints.extend(external);
         return (joints.len() >= 6).then_some(Coordinates::Joint(joints));
     }
-    let pose = ["X", "Y", "Z", "A", "B", "C"].map(number);
-    let [Some(x), Some(y), Some(z), Some(a), Some(b), Some(c)] = pose else {
-        return None;
-    };
+    let [x, y, z] = ["X", "Y", "Z"].map(number);
+    let [a, b, c] = ["A", "B", "C"].map(|name| angle_of(&all, name));
+    let (xyz, wpr_degrees) = ([x?, y?, z?], [c?, b?, a?]);
     let config = match (number("S"), number("T")) {
         (Some(s), Some(t)) => format!("S {s}, T {t}"),
         _ => String::new(),
     };
     Some(Coordinates::Cartesian {
         config,
-        xyz: [x, y, z],
+        xyz,
         // A turns about z first, B about the new y, C about the new x: W, P, R in the other order
-        wpr_degrees: [c, b, a],
+        wpr_degrees,
         external,
     })
 }

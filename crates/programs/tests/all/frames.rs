@@ -263,6 +263,8 @@ fn an_entry_that_is_no_plain_numbers_is_told() {
         "BASE_DATA[1]=BASE_DATA[7]",
         "BASE_DATA[i]={X 700,Y 300,Z 100,A 90,B 0,C 0}",
         "BASE_DATA[1]=GEO(1)",
+        // no angle
+        "BASE_DATA[1]={X 700,Y 300,Z 100,A 1E300,B 0,C 0}",
     ] {
         let program = kuka(&format!("{TOOL}\n{line}\n$BASE=BASE_DATA[1]"), None);
         assert_eq!(selected(&program), [None], "{line}");
@@ -270,11 +272,19 @@ fn an_entry_that_is_no_plain_numbers_is_told() {
         assert_eq!(gaps.len(), 1, "{line}: {gaps:?}");
         assert_eq!(gaps[0].why.open(), Open::Places);
     }
-    let listed = kuka(
-        &format!("{TOOL}\n$BASE=BASE_DATA[1]"),
-        Some("BASE_DATA[1]={X xOff,Y 300,Z 100,A 90,B 0,C 0}"),
+    for (x, a) in [("xOff", "90"), ("700", "1E300"), ("700", "-1000001")] {
+        let line = format!("BASE_DATA[1]={{X {x},Y 300,Z 100,A {a},B 0,C 0}}");
+        let listed = kuka(&format!("{TOOL}\n$BASE=BASE_DATA[1]"), Some(&line));
+        assert_eq!(listed.said_frames.unread, [(2, line)], "{listed:?}");
+    }
+    // a base and a position that are written out
+    let lines = "$BASE={X 700,Y 300,Z 100,A 1E300,B 0,C 0}\nPTP {X 1,Y 0,Z 5,A 0,B 1E300,C 180}";
+    let gaps = run(&kuka(lines, None)).gaps;
+    assert_eq!(
+        gaps.iter().map(|g| g.line).collect::<Vec<_>>(),
+        [2, 3],
+        "{gaps:?}"
     );
-    assert_eq!(listed.said_frames.unread.len(), 1, "{listed:?}");
     // moves in the frame that the controller had before
     let late = kuka(
         &format!(
