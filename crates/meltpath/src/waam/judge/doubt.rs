@@ -68,7 +68,7 @@ pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Opti
     };
     Some(Doubt {
         reason,
-        remedy: "name the cell of this controller, and write its [motion]: filter times and dwells identified from a log of the tool".to_owned(),
+        remedy: "name the cell of this controller (program.dialect of its file says which), and write its [motion]: filter times and dwells identified from a log of the tool".to_owned(),
     })
 }
 
