@@ -86,6 +86,11 @@ fn section(
 /// A parameter of the provenance with its origin.
 fn line(name: &str, parameter: &Json) -> String {
     let value = parameter.get("value").unwrap_or(&Json::Null);
+    // tables of their own, whose keys follow
+    let tables = value.as_array().filter(|all| all.iter().all(Json::is_null));
+    if let Some(count) = tables.map(Vec::len).filter(|count| *count > 0) {
+        return format!("{name}: {count} written");
+    }
     let shown = match parameter.get("sigma").filter(|s| !s.is_null()) {
         Some(sigma) => uncertain(value, sigma),
         None => rounded(value),

@@ -101,7 +101,7 @@ pub enum PartError {
 
 fn hint(area: f64) -> &'static str {
     if area > 0.0 {
-        ": its surface encloses nothing; export a solid, not a sheet"
+        ": its surface encloses nothing; export a solid, or build along the sheet ([surface] of a job)"
     } else {
         ""
     }

@@ -56,11 +56,9 @@ impl Routine<'_> {
             Selected::Always(pose) => drop(said.of_mut(which).insert(n, pose)),
             Selected::Untold => {
                 let told = self.tables.unread((which, n));
-                said.unread.extend(
-                    told.filter(|told| !said.unread.contains(told))
-                        .into_iter()
-                        .collect::<Vec<_>>(),
-                );
+                if let Some(told) = told.filter(|told| !said.unread.contains(told)) {
+                    said.unread.push(told);
+                }
             }
         }
         n

@@ -242,7 +242,7 @@ impl Cell {
             JointKind::Prismatic => KEPT_OF_TRACK,
         };
         let Limits { low, high, .. } = joint.limits;
-        let kept = kept.min(0.125 * (high - low));
+        let kept = kept.min(0.45 * (high - low));
         let rest = self.at_rest().external().0[axis];
         Some([(low + kept).min(rest), (high - kept).max(rest)])
     }
