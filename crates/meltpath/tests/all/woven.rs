@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::dialects::cell;
 use crate::support::{check, refusal, says, thin_wall, warned, write};
 use meltpath::outcome::RunFolder::NextIn;
-use meltpath::waam::{read_toolpath, run, simulate_program};
+use meltpath::waam::{examine, read_toolpath, run, simulate_program};
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_toolpath::{Event, Weave, WeaveShape};
 
@@ -179,17 +179,19 @@ fn a_weave_that_makes_no_bead_is_refused_at_its_key() {
     says(&told(SINE, "[surface]\n"), &["planned without a weave"]);
 }
 
-/// A plan is followed in the words of the cell's own controller: where these fail it is told that the job asks for others.
+/// A plan is followed in the words of the program that is delivered, whatever the cell's own controller reads.
 #[test]
-fn a_weave_that_the_cells_controller_has_no_words_for_names_the_cell() {
+fn a_weave_is_followed_in_the_words_of_what_is_delivered() {
     let dir = tempfile::tempdir().unwrap();
     let home = home(dir.path());
     write(&home, "cell.toml", cell("abb-rapid"));
     let sine = "shape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\n";
-    let tables =
-        format!("[machine]\ncell = \"cell.toml\"\n{WIDE}[output]\nprograms = [\"fanuc-ls\"]\n");
-    says(
-        &refusal(&job(&home, sine, &tables)),
-        &["program.dialect = \"abb-rapid\"", "output.programs"],
-    );
+    let job = |program: &str| {
+        let tables = format!(
+            "[machine]\ncell = \"cell.toml\"\n{WIDE}[output]\nprograms = [\"{program}\"]\n"
+        );
+        job(&home, sine, &tables)
+    };
+    says(&refusal(&job("abb-rapid")), &["weave"]);
+    examine(&job("fanuc-ls"), &Silent).unwrap();
 }
