@@ -470,6 +470,33 @@ fn metal_of_a_leaning_wall_stands_along_the_torch() {
     assert!(ran.folder.join("fields/beads.vtp").exists());
 }
 
+/// The ends of an open wall sink; where the wall twists the arc strikes them along the torch, and finds the crest: nothing hangs.
+#[test]
+fn beads_of_a_twisting_wall_lie_on_its_sunk_ends() {
+    let dir = tempfile::tempdir().unwrap();
+    let twisted = shapes::sheet(
+        30,
+        80,
+        |_, _| false,
+        |i, k| {
+            let (along, up) = (k / 80.0, i / 30.0);
+            let aside = 12.0 * (TAU * along).sin() * up;
+            DVec3::new(120.0 * along, aside, 40.0 * up)
+        },
+    );
+    sheet(dir.path(), &twisted);
+    let file = job(dir.path(), "sheet.stl", "auto", "torch = \"tangent\"");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text
+        .replace("x90-ig-1.0", "er316l-0.9")
+        .replace("m14", "m12");
+    std::fs::write(&file, text).unwrap();
+    let ran = Ran::of(&file, dir);
+    let loose = ran.check("loose");
+    assert_eq!(loose.status, Status::Pass, "{loose:?}");
+    assert_eq!(loose.value.as_ref().unwrap().value, 0.0);
+}
+
 /// A wall of 60 mm on a plate of 40, and one whose base lies half way up: neither passes.
 #[test]
 fn a_wall_beyond_its_plate_fails_and_one_half_in_its_base_is_told() {

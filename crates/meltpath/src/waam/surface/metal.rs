@@ -133,56 +133,42 @@ fn converged(fine: Check, coarse: &[Check], (ground, settings): (&Ground, &Setti
 
 /// What mends a check of the metal: of all that would, what the job does not do already.
 fn remedy(id: &str, asked: Option<&Asked>) -> String {
-    let height = asked.is_none_or(|asked| !asked.grows);
-    let even = asked.is_none_or(|asked| match &asked.shape {
+    const CORRECTED: &str = "the height corrected at the machine every few passes";
+    let uneven = |asked: &Asked| match &asked.shape {
         Shape::Wall(wall) => wall.strategy != SurfaceStrategyChoice::Distance,
         Shape::Onto(_) => true,
-    });
-    let tangent = asked.is_none_or(|asked| asked.torch != TorchRule::Tangent);
-    let height = (height, "layers.height = \"auto\"");
-    let even = (
-        even,
-        "surface.strategy = \"distance\", whose passes lie evenly",
-    );
-    let tangent = (tangent, "surface.torch = \"tangent\"");
-    let all: &[(bool, &str)] = match id {
-        "height" => &[
-            height,
-            (true, "the height corrected at the machine every few passes"),
-        ],
-        "flatness" => &[
-            even,
-            (
-                true,
-                "an open wall longer than the part, whose ends are cut off",
-            ),
-            (true, "the height corrected at the machine every few passes"),
-        ],
-        "accumulation" => &[(
-            true,
-            "more machine.smoothing where the torch waits at corners",
-        )],
-        "loose" => &[
-            tangent,
-            (true, "a smaller layers.height"),
-            (true, "the bead begun on metal"),
-        ],
-        "ctwd-known" => &[
-            height,
-            even,
-            (
-                true,
-                "the wire feed measured at that distance, in [feed_response] of the process map",
-            ),
-        ],
-        _ => &[
-            height,
-            even,
-            (true, "a machine.ctwd farther from the limit"),
-        ],
     };
-    let open = all.iter().filter(|(open, _)| *open).map(|(_, what)| *what);
-    open.collect::<Vec<_>>().join("; or ")
+    let height = asked.is_none_or(|asked| !asked.grows);
+    let height = height.then_some("layers.height = \"auto\"");
+    let even = asked.is_none_or(uneven);
+    let even = even.then_some("surface.strategy = \"distance\", whose passes lie evenly");
+    let tangent = asked.is_none_or(|asked| asked.torch != TorchRule::Tangent);
+    let tangent = tangent.then_some("surface.torch = \"tangent\"");
+    let all = match id {
+        "height" => [height, Some(CORRECTED), None],
+        "flatness" => {
+            let longer = "an open wall longer than the part, whose ends are cut off";
+            [even, Some(longer), Some(CORRECTED)]
+        }
+        "accumulation" => {
+            let smoother = "more machine.smoothing where the torch waits at corners";
+            [Some(smoother), None, None]
+        }
+        "loose" => {
+            let lower = "a smaller layers.height, or the bead begun on metal";
+            [tangent, Some(lower), None]
+        }
+        "ctwd-known" => {
+            let known =
+                "the wire feed measured at that distance, in [feed_response] of the process map";
+            [height, even, Some(known)]
+        }
+        _ => {
+            let farther = "a machine.ctwd farther from the limit";
+            [height, even, Some(farther)]
+        }
+    };
+    all.into_iter().flatten().collect::<Vec<_>>().join("; or ")
 }
 
 /// What keeps the metal from being decided about.
