@@ -1,5 +1,7 @@
 //! Jobs that build a wall along a surface: the torus of Campocasso 2017 from its STEP file, sheets of triangles, and what is refused.
 
+mod stands;
+
 use crate::support::{self, says, write};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
@@ -468,65 +470,6 @@ fn metal_of_a_leaning_wall_stands_along_the_torch() {
     let fed = ran.fact("wire-mass").value.as_ref().unwrap().value;
     assert!(laid > 5.0 && fed > 0.0, "{laid} {fed}");
     assert!(ran.folder.join("fields/beads.vtp").exists());
-}
-
-/// The ends of an open wall sink; where the wall twists the arc strikes them along the torch, and finds the crest: nothing hangs.
-#[test]
-fn beads_of_a_twisting_wall_lie_on_its_sunk_ends() {
-    let dir = tempfile::tempdir().unwrap();
-    let twisted = shapes::sheet(
-        30,
-        80,
-        |_, _| false,
-        |i, k| {
-            let (along, up) = (k / 80.0, i / 30.0);
-            let aside = 12.0 * (TAU * along).sin() * up;
-            DVec3::new(120.0 * along, aside, 40.0 * up)
-        },
-    );
-    sheet(dir.path(), &twisted);
-    let file = job(dir.path(), "sheet.stl", "auto", "torch = \"tangent\"");
-    let text = std::fs::read_to_string(&file).unwrap();
-    let text = text
-        .replace("x90-ig-1.0", "er316l-0.9")
-        .replace("m14", "m12");
-    std::fs::write(&file, text).unwrap();
-    let ran = Ran::of(&file, dir);
-    let loose = ran.check("loose");
-    assert_eq!(loose.status, Status::Pass, "{loose:?}");
-    assert_eq!(loose.value.as_ref().unwrap().value, 0.0);
-}
-
-/// A wall of 60 mm on a plate of 40, and one whose base lies half way up: neither passes.
-#[test]
-fn a_wall_beyond_its_plate_fails_and_one_half_in_its_base_is_told() {
-    let of = |extra: &str| {
-        let dir = tempfile::tempdir().unwrap();
-        sheet(dir.path(), &leaning(0.0, 16.0));
-        let file = job(
-            dir.path(),
-            "sheet.stl",
-            "1.48 mm",
-            &format!("{extra}{BEAD}"),
-        );
-        Ran::of(&file, dir)
-    };
-    let small = of("[substrate]\nsize = [\"40 mm\", \"40 mm\"]\n");
-    let plate = small.check("plate");
-    assert_eq!(plate.status, Status::Fail, "{plate:?}");
-    // half of what the wall is longer, and half a bead
-    let beyond = plate.value.as_ref().unwrap().value;
-    assert!((12.0..14.0).contains(&beyond), "{beyond}");
-    let large = of("[substrate]\nsize = [\"80 mm\", \"40 mm\"]\n");
-    assert_eq!(large.check("plate").status, Status::Pass);
-    assert!(large.verdict.checks.iter().all(|c| c.id != "in-base"));
-
-    let sunk = of("[surface.base]\norigin = [\"0 mm\", \"0 mm\", \"8 mm\"]\n");
-    let told = sunk.check("in-base");
-    assert_eq!(told.status, Status::Warn, "{told:?}");
-    assert!((told.value.as_ref().unwrap().value - 50.0).abs() < 1e-6);
-    let root = of("[surface.base]\norigin = [\"0 mm\", \"0 mm\", \"0.5 mm\"]\n");
-    assert_eq!(root.check("in-base").status, Status::Pass);
 }
 
 #[test]
