@@ -6,6 +6,7 @@
 
 mod driver;
 pub(crate) mod feeding;
+pub mod footprint;
 pub mod levelling;
 mod passing;
 pub(crate) mod plain;

@@ -3,9 +3,11 @@
 pub(crate) mod cover;
 pub(crate) mod foretell;
 pub(crate) mod heights;
+pub(crate) mod laid;
 pub(crate) mod mend;
 pub(crate) mod own;
 pub(crate) mod planned;
+pub(crate) mod profile;
 
 use meltpath_base::{Length, Observer, Origin, Reporter, Resolved};
 use meltpath_geometry::boolean::PlanarError;
@@ -17,7 +19,7 @@ use meltpath_geometry::section::{LayerSpan, Slice};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::Coverage;
-use meltpath_toolpath::{Profile, Toolpath};
+use meltpath_toolpath::Toolpath;
 use rayon::prelude::*;
 
 use super::settings::Settings;
@@ -28,6 +30,7 @@ use crate::waam::plan::cover::{
     covered, cut, fill, lean, no_bead, single_share, tell_closed_holes,
 };
 use crate::waam::plan::heights::{LaidOut, lay_out};
+use crate::waam::plan::profile::profile;
 
 /// A plan with what it follows from.
 #[derive(Debug)]
@@ -148,17 +151,6 @@ fn tell_count(layers: &[LayerSpan], top: f64, settings: &Settings, reporter: &Re
             format!("layers.count is {count}, and the part has {needed} layers, metal over its top included: {beyond}"),
             "lower layers.count, or leave it out",
         );
-    }
-}
-
-pub(super) fn profile(settings: &Settings) -> Profile {
-    Profile {
-        name: "bead".to_owned(),
-        speed: settings.bead.travel_speed,
-        wire_feed: settings.bead.wire_feed,
-        width: settings.bead.width.value,
-        height: settings.bead.height.value,
-        ..Profile::default()
     }
 }
 

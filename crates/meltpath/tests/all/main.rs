@@ -21,6 +21,7 @@ mod focus;
 mod foreign;
 mod foretold;
 mod free_axes;
+mod grown;
 mod health;
 mod identify;
 mod joint_moves;

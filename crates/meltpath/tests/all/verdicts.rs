@@ -135,7 +135,6 @@ const CASES: &[Case] = &[
     Case { id: "ctwd-min", from: CTWD, bad: NEAR, named: "machine.ctwd", cure: CTWD },
     Case { id: "ctwd-max", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
     Case { id: "ctwd-known", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
-    Case { id: "excess", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
     Case { id: "accumulation", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
     Case { id: "lack", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
     Case { id: "stock", from: ALLOWANCE, bad: BARE, named: "raise target.allowance_top", cure: COVERED },

@@ -5,6 +5,7 @@ use meltpath_deposition::deposit::TubeDistance;
 use meltpath_geometry::workpiece::HeightMap;
 
 use crate::stages::part::Part;
+use crate::waam::deposit::grown;
 use crate::waam::deposit::simulate::Simulation;
 use crate::waam::deposit::target::{Allowance, Target, compare};
 use crate::waam::deposit::tube;
@@ -74,6 +75,7 @@ pub(in crate::waam) fn checks(
         &settings.remedies,
     ));
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
+    grown::name(&mut checks, laid.layers, settings);
     checks.extend(tube::travels(laid.passed, &growth));
     doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));

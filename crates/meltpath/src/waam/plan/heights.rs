@@ -10,14 +10,18 @@ use meltpath_geometry::offset::stroke;
 use meltpath_geometry::section::{LastLayer, LayerHeight, LayerSpan, layers};
 use meltpath_planning::nominal_length;
 use meltpath_toolpath::{Layer, Pass};
+use rayon::prelude::*;
 
 use crate::stages::part::Part;
 use crate::waam::plan::cover::{PlanStageError, covered, cut, fill, no_bead, single_share};
+use crate::waam::plan::laid;
 use crate::waam::settings::Settings;
 use crate::waam::settings::bead::FREE_EDGE;
 
 /// Most heights at which the growth model looks.
 const MOST_PROBES: usize = 60;
+/// Most pairs of layers that are driven for it.
+const MOST_DRIVEN: usize = 8;
 /// Depth of the groove between two beads, bead heights: parabolas 0.738 widths apart meet at half their height, and level.
 const GROOVE: f64 = 0.25;
 /// Part of a layer by which the build may stay below its target.
@@ -206,17 +210,55 @@ fn growth(
         settings,
     )?;
     let plans = fill(&heights, &regions, settings, &quiet, observer)?;
-    let mut grown = Vec::new();
-    for (plan, height) in plans.iter().zip(heights) {
-        if let Some(grows) = self::grown(&plan.path, settings)? {
-            grown.push((height, grows));
-        }
-    }
+    let paths: Vec<&Layer> = plans.iter().map(|p| &p.path).collect();
+    let mut grows: Vec<Option<f64>> = paths
+        .iter()
+        .map(|path| grown(path, settings))
+        .collect::<Result<_, _>>()?;
+    as_driven(&mut grows, &paths, settings, observer)?;
+    let known = heights.into_iter().zip(grows);
+    let grown: Vec<(f64, f64)> = known
+        .filter_map(|(height, grows)| Some((height, grows?)))
+        .collect();
     if grown.is_empty() {
         return Err(no_bead(settings));
     }
     let single = single_share(plans.iter().flat_map(|p| p.path.passes()));
     Ok((grown, single))
+}
+
+/// Makes the growth of layers that lie by their lines that of layers as the controller drives them. Of many layers some are driven, each with the
+/// one above it, whose beads go another way; the others follow the nearest.
+fn as_driven(
+    grows: &mut [Option<f64>],
+    paths: &[&Layer],
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<(), PlanStageError> {
+    let pairs = paths.len().div_ceil(2).min(MOST_DRIVEN);
+    let share = |k: usize| {
+        let first = (k * paths.len() / pairs).min(paths.len().saturating_sub(2));
+        let pair = first..(first + 2).min(paths.len());
+        // what no program can be made of, or no bead is in, stays as its lines say
+        let Some(laid) = laid::laid(&paths[pair.clone()], settings, observer) else {
+            return Ok(None);
+        };
+        let driven: f64 = laid::heights(&laid, settings)?.iter().flatten().sum();
+        let by_lines: f64 = grows[pair].iter().flatten().sum();
+        let known = driven > 0.0 && by_lines > 0.0;
+        Ok(known.then(|| (first, driven / by_lines)))
+    };
+    let shares = (0..pairs).into_par_iter().map(share);
+    let shares: Vec<Option<(usize, f64)>> = shares.collect::<Result<_, PlanarError>>()?;
+    observer.check()?;
+    let known = || shares.iter().flatten();
+    for (i, grows) in grows.iter_mut().enumerate() {
+        let nearest = known().min_by_key(|(first, _)| first.abs_diff(i));
+        if let (Some(grows), Some((_, share))) = (grows, nearest) {
+            *grows *= share;
+        }
+    }
+    Ok(())
 }
 
 /// Layers that follow the growth, up to `top`; `feed`: the share of the reference's wire that the first layer gets, and each further one.

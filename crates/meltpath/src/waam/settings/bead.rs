@@ -1,5 +1,7 @@
 //! The bead that a wire-arc job asks for: its settings, its layers, what the source feeds.
 
+use std::ops::RangeInclusive;
+
 use meltpath_base::quantity::{Auto, Quantity};
 use meltpath_base::settings::{Datum, Problem, Setting};
 use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
@@ -130,6 +132,12 @@ pub(in crate::waam) fn solve_bead(
     Ok(bead)
 }
 
+/// Heights of layers that a bead can make, mm.
+pub(in crate::waam) fn buildable(bead: &Bead) -> RangeInclusive<f64> {
+    let h = bead.height.value;
+    THINNEST * h..=THICKEST * h
+}
+
 /// Refuses layers that no such bead can make.
 pub(in crate::waam) fn check_heights(
     heights: &Setting<Auto<LayerHeights>>,
@@ -139,12 +147,9 @@ pub(in crate::waam) fn check_heights(
         return Ok(());
     };
     let h = bead.height.value;
-    let (least, most) = (THINNEST * h, THICKEST * h);
-    match list
-        .iter()
-        .map(|l| l.0)
-        .find(|l| !(least..=most).contains(l))
-    {
+    let buildable = buildable(bead);
+    let (least, most) = (buildable.start(), buildable.end());
+    match list.iter().map(|l| l.0).find(|l| !buildable.contains(l)) {
         None => Ok(()),
         Some(bad) => {
             let message = format!(

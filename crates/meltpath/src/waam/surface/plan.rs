@@ -17,7 +17,7 @@ use super::thickness::Thickness;
 use super::{Asked, BaseAsked, WallAsked};
 use crate::job::waam::SurfaceStrategyChoice;
 use crate::stages::sheet::{Rectangle, Sheet};
-use crate::waam::plan::profile;
+use crate::waam::plan::profile::profile;
 use crate::waam::settings::Settings;
 
 /// Layers that are not flat: a wall along a surface, or filled layers on a body.
