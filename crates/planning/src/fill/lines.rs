@@ -168,7 +168,9 @@ fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
         let comes = before.y - y;
         let last = (i + run) % n;
         let is_extreme = comes.abs() >= FLAT && comes * (after.y - y) > 0.0;
-        if is_extreme && run < n - 1 {
+        let told = is_extreme && run < n - 1;
+        let stands = || stands_out(ring, (i, last), comes.signum(), settings.tolerance);
+        if told && stands() {
             // the region lies on the left: along its own lower end the ring goes from left to right
             let up = comes > 0.0;
             let end_of_region = if run > 0 {
@@ -177,7 +179,7 @@ fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
                 (ring[i] - before).perp_dot(after - ring[i]) > 0.0
             };
             let inwards = if up == end_of_region { 1.0 } else { -1.0 };
-            let open = |depth: f64| opening(ring, i, last, y, depth * comes.signum());
+            let open = |depth: f64| opening(ring, (i, last), depth * comes.signum(), settings);
             let depth = if end_of_region {
                 end_depth(open, rim, settings)
             } else {
@@ -187,7 +189,7 @@ fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
                 at: y + inwards * depth.max(CLEAR),
                 flat: open(0.1 * settings.stepover),
             });
-        } else if comes.abs() >= FLAT && run > 0 && run < n - 1 {
+        } else if !told && comes.abs() >= FLAT && run > 0 && run < n - 1 {
             // a shoulder
             let along = ring[last].x - ring[i].x;
             if along.abs() > 0.5 * settings.width {
@@ -202,17 +204,35 @@ fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
     found
 }
 
-/// Width of the ring's two sides at `depth` from the extreme between vertices `first` and `last`.
-fn opening(ring: &Ring, first: usize, last: usize, y: f64, depth: f64) -> f64 {
+/// Whether the ring goes away from the extreme between two vertices by `far` on both sides before it goes beyond it: what does not is a ripple
+/// of the rim, as where sections that differ by micrometres are united.
+fn stands_out(ring: &Ring, (first, last): (usize, usize), side: f64, far: f64) -> bool {
     let n = ring.len();
+    let leaves = |start: usize, step: usize| {
+        let ways = (1..n).map(|k| (ring[(start + k * step) % n].y - ring[start].y) * side);
+        let mut ends = ways.filter(|away| *away < 0.0 || *away >= far);
+        // a ring that is smaller than that is no ripple of another
+        ends.next().is_none_or(|away| away > 0.0)
+    };
+    leaves(first, n - 1) && leaves(last, 1)
+}
+
+/// Width of the ring's two sides at `depth` from the extreme between two vertices; ripples of the sides are none.
+fn opening(ring: &Ring, (first, last): (usize, usize), depth: f64, settings: &FillSettings) -> f64 {
+    let (n, y) = (ring.len(), ring[first].y);
     let reach = |start: usize, step: usize| {
         let mut at = start;
+        // where the side has come deepest
+        let mut deepest = (0.0, ring[start].x);
         for _ in 0..n {
             let next = (at + step) % n;
             let (p, q) = (ring[at], ring[next]);
             let (dp, dq) = ((p.y - y) * depth.signum(), (q.y - y) * depth.signum());
-            if dq < dp - FLAT {
-                return p.x;
+            if dp > deepest.0 {
+                deepest = (dp, p.x);
+            }
+            if dq < deepest.0 - settings.tolerance {
+                return deepest.1;
             }
             if dq >= depth.abs() {
                 return p.x + (depth.abs() - dp) / (dq - dp) * (q.x - p.x);
@@ -318,14 +338,35 @@ mod tests {
         assert_eq!([wishes(1.0), wishes(3.0)], [0, 1]);
     }
 
+    /// Sections that differ by micrometres are united to an outline with notches of a few: where its lines lie stays.
+    #[test]
+    fn a_ripple_of_the_rim_moves_no_line() {
+        let settings = FillSettings::new(6.5, 4.8);
+        let round = |ripple: f64| {
+            let ring: Ring = (0..720)
+                .map(|i| {
+                    let turn = DVec2::from_angle(f64::from(i).to_radians() / 2.0);
+                    turn * (77.0 - if i % 3 == 0 { ripple } else { 0.0 })
+                })
+                .collect();
+            wishes(&[&ring], Rim::Contour(1.35), &settings)
+        };
+        let (smooth, rippled) = (round(0.0), round(0.003));
+        assert_eq!([smooth.len(), rippled.len()], [2, 2]);
+        for (a, b) in smooth.iter().zip(&rippled) {
+            assert!((a.at - b.at).abs() < 0.01, "{smooth:?} {rippled:?}");
+        }
+    }
+
     #[test]
     fn an_end_is_as_wide_as_its_two_sides_lie_apart() {
+        let settings = FillSettings::new(4.0, 3.0);
         let triangle = [[0.0, 1.0], [9.0, 10.0], [-6.0, 7.0]]
             .map(DVec2::from_array)
             .to_vec();
         // sides of slope 1 and -1 from the lowest corner, of 1/5 and 1 from the highest
-        let [low, high] = [(0, 1.0, 2.0), (1, 10.0, -2.0)]
-            .map(|(at, y, depth)| opening(&triangle, at, at, y, depth).abs());
+        let [low, high] = [(0, 2.0), (1, -2.0)]
+            .map(|(at, depth)| opening(&triangle, (at, at), depth, &settings).abs());
         assert!((low - 4.0).abs() < 1e-9, "{low}");
         assert!((high - 8.0).abs() < 1e-9, "{high}");
     }
