@@ -29,7 +29,7 @@ pub use crate::waam::plan::cover::{Lean, PlanStageError};
 use crate::waam::plan::cover::{
     covered, cut, fill, lean, no_bead, single_share, tell_closed_holes,
 };
-use crate::waam::plan::heights::{LaidOut, lay_out};
+use crate::waam::plan::heights::{LaidOut, cut_at, lay_out};
 use crate::waam::plan::profile::profile;
 
 /// A plan with what it follows from.
@@ -79,7 +79,8 @@ pub fn plan(
         lowered,
     } = laid_out;
     tell_count(&layers, part_top + over.value, settings, reporter);
-    let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
+    let goal = part_top + over.value;
+    let middles: Vec<f64> = layers.iter().map(|l| cut_at(l, goal)).collect();
     let sections = cut(part, part_top, over.value, &middles, reporter, observer)?;
     let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
     tell_closed_holes(&sections, settings, reporter);

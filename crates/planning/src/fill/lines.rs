@@ -168,9 +168,8 @@ fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
         let comes = before.y - y;
         let last = (i + run) % n;
         let is_extreme = comes.abs() >= FLAT && comes * (after.y - y) > 0.0;
-        let told = is_extreme && run < n - 1;
         let stands = || stands_out(ring, (i, last), comes.signum(), settings.tolerance);
-        if told && stands() {
+        if is_extreme && run < n - 1 && stands() {
             // the region lies on the left: along its own lower end the ring goes from left to right
             let up = comes > 0.0;
             let end_of_region = if run > 0 {
@@ -189,8 +188,8 @@ fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
                 at: y + inwards * depth.max(CLEAR),
                 flat: open(0.1 * settings.stepover),
             });
-        } else if !told && comes.abs() >= FLAT && run > 0 && run < n - 1 {
-            // a shoulder
+        } else if comes.abs() >= FLAT && run > 0 && run < n - 1 {
+            // a shoulder, or one with a ripple
             let along = ring[last].x - ring[i].x;
             if along.abs() > 0.5 * settings.width {
                 found.push(Wish {
@@ -254,8 +253,9 @@ const ROUND_END: f64 = 0.3;
 fn end_depth(open: impl Fn(f64) -> f64, rim: Rim, settings: &FillSettings) -> f64 {
     let (shortest, chord) = (0.7 * settings.width, rim.round_end(settings));
     let across = open(chord);
-    if open(CLEAR) >= 0.5 * across {
-        CLEAR
+    if open(settings.tolerance) >= 0.5 * across {
+        // clear of its ripples
+        depth_of_width(open, 0.5 * across, settings.tolerance)
     } else if across >= shortest {
         chord
     } else {

@@ -26,6 +26,8 @@ const MOST_DRIVEN: usize = 8;
 const GROOVE: f64 = 0.25;
 /// Part of a layer by which the build may stay below its target.
 const SHORT: f64 = 0.2;
+/// Heights this near to one another are one, mm.
+const SLIVER: f64 = 1e-3;
 
 /// Layers from the plate up.
 pub(in crate::waam) struct LaidOut {
@@ -102,6 +104,18 @@ pub(in crate::waam) fn lay_out(
         over,
         lowered,
     })
+}
+
+/// Where the part is cut for a layer of a build that is to reach `goal`, mm: in its middle; the last one, of which only a part is wanted, no
+/// higher than there is something to cover.
+pub(in crate::waam) fn cut_at(layer: &LayerSpan, goal: f64) -> f64 {
+    let middle = layer.at(0.5);
+    let wanted = goal - layer.bottom > SHORT * (layer.top - layer.bottom);
+    if wanted {
+        middle.min(goal - SLIVER)
+    } else {
+        middle
+    }
 }
 
 /// How much lower the torch has to stand over a layer than over a plate, mm: edges and grooves of the layer lie lower than its middle, and
@@ -253,7 +267,8 @@ fn as_driven(
     observer.check()?;
     let known = || shares.iter().flatten();
     for (i, grows) in grows.iter_mut().enumerate() {
-        let nearest = known().min_by_key(|(first, _)| first.abs_diff(i));
+        // from the middle of a pair, in half layers
+        let nearest = known().min_by_key(|(first, _)| (2 * first + 1).abs_diff(2 * i));
         if let (Some(grows), Some((_, share))) = (grows, nearest) {
             *grows *= share;
         }
