@@ -114,6 +114,11 @@ const NEAR: &str = "ctwd = \"9 mm\"";
 const FAR: &str = "ctwd = \"21 mm\"";
 const SMOOTHING: &str = "smoothing = \"50 %\"";
 const ROUGH: &str = "smoothing = \"0 %\"";
+// where the torch waits layers are planned as much higher, and less metal lies beyond the part than the usual limit allows: a closer one
+const USUAL_EXCESS: &str =
+    "smoothing = \"50 %\"\nctwd = \"15 mm\"\n[target]\nallowance = \"2 mm\"\n[checks]\n";
+const ROUGH_EXCESS: &str = "smoothing = \"0 %\"\nctwd = \"15 mm\"\n[target]\nallowance = \"2 mm\"\n[checks]\nexcess = \"12 %\"\n";
+const LITTLE_EXCESS: &str = "smoothing = \"50 %\"\nctwd = \"15 mm\"\n[target]\nallowance = \"2 mm\"\n[checks]\nexcess = \"12 %\"\n";
 const ALLOWANCE: &str = "allowance = \"2 mm\"";
 const NONE: &str = "allowance = \"0 mm\"\nallowance_top = \"0 mm\"";
 const BARE: &str = "allowance = \"2 mm\"\nallowance_top = \"0 mm\"";
@@ -135,6 +140,7 @@ const CASES: &[Case] = &[
     Case { id: "ctwd-min", from: CTWD, bad: NEAR, named: "machine.ctwd", cure: CTWD },
     Case { id: "ctwd-max", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
     Case { id: "ctwd-known", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "excess", from: USUAL_EXCESS, bad: ROUGH_EXCESS, named: "machine.smoothing", cure: LITTLE_EXCESS },
     Case { id: "accumulation", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
     Case { id: "lack", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
     Case { id: "stock", from: ALLOWANCE, bad: BARE, named: "raise target.allowance_top", cure: COVERED },
