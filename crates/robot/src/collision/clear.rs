@@ -116,23 +116,8 @@ pub fn is_nearest_on(
     around: &Surroundings<'_>,
     (wanted, moves): (f64, &[RangeInclusive<u32>]),
 ) -> Result<bool, NotHeld> {
-    let near = nearing(task, held, around, (wanted, 0.0))?;
-    let nearest = near.iter().max_by(|a, b| a.1.lack.total_cmp(&b.1.lack));
-    let nearest = nearest.and_then(|n| moves_of(held, n));
-    Ok(nearest.is_some_and(|m| are_of(&m, moves)))
-}
-
-/// The moves of a stretch, by their commands.
-fn moves_of(held: &Held, (run, near): &(usize, Near)) -> Option<RangeInclusive<u32>> {
-    let chain = held.chains.get(*run)?;
-    let [from, to] = near.between.map(|length| chain.command_at(length));
-    Some(from..=to)
-}
-
-/// Whether moves are some of others.
-fn are_of(moves: &RangeInclusive<u32>, others: &[RangeInclusive<u32>]) -> bool {
-    let holds = |o: &RangeInclusive<u32>| o.contains(moves.start()) && o.contains(moves.end());
-    others.iter().any(holds)
+    let nearest = along(task, held, around, (wanted, 0.0))?.nearest;
+    Ok(nearest.is_some_and(|(_, command)| moves.iter().any(|m| m.contains(&command))))
 }
 
 /// How much more room than `wanted` mm the joint moves between the runs of a program leave to what stands around, each run begun so that the
@@ -173,15 +158,27 @@ fn nearing(
     around: &Surroundings<'_>,
     (wanted, beside): (f64, f64),
 ) -> Result<Vec<(usize, Near)>, NotHeld> {
+    along(task, held, around, (wanted, beside)).map(|places| places.found)
+}
+
+/// What comes nearer than wanted along a way.
+fn along(
+    task: &Task<'_>,
+    held: &Held,
+    around: &Surroundings<'_>,
+    (wanted, beside): (f64, f64),
+) -> Result<Nearing, NotHeld> {
     let mut places = Nearing {
         wanted,
         beside,
         here: (0, [0.0; 2]),
+        command: 0,
         least: wanted,
+        nearest: None,
         found: Vec::new(),
     };
     pass(task, held, around, &mut places)?;
-    Ok(places.found)
+    Ok(places)
 }
 
 /// Stretches that come too near.
@@ -189,14 +186,18 @@ struct Nearing {
     wanted: f64,
     beside: f64,
     here: (usize, [f64; 2]),
+    /// What is executed on this one.
+    command: u32,
     /// The least distance on this one.
     least: f64,
+    /// The least of all, and what is executed there.
+    nearest: Option<(f64, u32)>,
     found: Vec<(usize, Near)>,
 }
 
 impl Look for Nearing {
-    fn next(&mut self, run: usize, lengths: [f64; 2], _: u32, _: DVec3) {
-        (self.here, self.least) = ((run, lengths), self.wanted);
+    fn next(&mut self, run: usize, lengths: [f64; 2], command: u32, _: DVec3) {
+        (self.here, self.command, self.least) = ((run, lengths), command, self.wanted);
     }
 
     fn below(&self, _: [Body; 2]) -> f64 {
@@ -210,6 +211,9 @@ impl Look for Nearing {
 
     fn tell(&mut self, _: [Body; 2], distance: f64) {
         self.least = distance;
+        if self.nearest.is_none_or(|(least, _)| distance < least) {
+            self.nearest = Some((distance, self.command));
+        }
         let (run, [from, to]) = self.here;
         let lack = self.wanted - distance;
         let last = self.found.last_mut();
