@@ -31,9 +31,9 @@ pub struct Deposit {
     pub volume: f64,
     /// Metal that fell beside the map, mm³; 0 unless the map was too small for the path.
     pub beside: f64,
-    /// Where the wire's tip passed nearest over metal while nothing was fed, and how near, mm; below zero in it. A bead's width around the
-    /// ends of beads is left out.
-    pub passed: Option<TubeDistance>,
+    /// Where the wire's tip passed nearest over metal and plate on each travel between beads, and how near, mm; below zero in it. A bead's
+    /// width around the ends of beads is left out.
+    pub passed: Vec<TubeDistance>,
 }
 
 /// Lays metal along motion.

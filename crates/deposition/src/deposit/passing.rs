@@ -1,19 +1,20 @@
-//! How near the wire's tip passes over the metal while nothing is fed.
+//! How near the wire's tip passes over metal and plate while nothing is fed.
 
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
 
 use super::record::{Moment, TubeDistance};
 
-/// The nearest pass of travels over metal. Where a bead ends and the next begins the tip comes down to the metal: a bead's width around both
+/// The nearest pass of each travel over metal and plate. Where a bead ends and the next begins the tip comes down to the metal: a bead's width around both
 /// is left out.
 #[derive(Debug, Default)]
 pub(super) struct Passing {
     /// Where the bead before ended.
     from: Option<DVec2>,
-    /// What was nearest since, each nearer than `least` so far.
+    /// Where it passed over them since.
     since: Vec<TubeDistance>,
-    least: Option<TubeDistance>,
+    /// The nearest pass of each travel before.
+    least: Vec<TubeDistance>,
 }
 
 impl Passing {
@@ -22,11 +23,9 @@ impl Passing {
         let plan = at.tool.truncate();
         let from = *self.from.get_or_insert(plan);
         let height = map.height(plan);
-        let distance = at.tool.z - height;
-        let nearer = self.least.is_none_or(|l| distance < l.distance);
-        if height > map.base && nearer && from.distance(plan) > width {
+        if map.cell_at(plan).is_some() && from.distance(plan) > width {
             self.since.push(TubeDistance {
-                distance,
+                distance: at.tool.z - height,
                 tool: at.tool,
                 time: at.time,
                 command: at.command,
@@ -38,16 +37,13 @@ impl Passing {
     pub(super) fn arrive(&mut self, at: Option<DVec2>, width: f64) {
         self.from = None;
         let aside = |p: &TubeDistance| at.is_none_or(|at| at.distance(p.tool.truncate()) > width);
-        let since = std::mem::take(&mut self.since);
-        let all = self
-            .least
-            .into_iter()
-            .chain(since.into_iter().filter(aside));
-        self.least = all.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        let since = self.since.drain(..).filter(aside);
+        let least = since.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        self.least.extend(least);
     }
 
-    /// The nearest of all.
-    pub(super) fn least(&self) -> Option<TubeDistance> {
+    /// The nearest pass of each travel.
+    pub(super) fn least(self) -> Vec<TubeDistance> {
         self.least
     }
 }
@@ -78,7 +74,8 @@ mod tests {
             passing.pass(&map, 6.0, at);
         }
         passing.arrive(Some(DVec2::new(100.0, 2.0)), 6.0);
-        let least = passing.least().unwrap();
-        assert_eq!((least.distance, least.tool.x), (-0.5, 50.0));
+        let least = passing.least();
+        assert_eq!(least.len(), 1);
+        assert_eq!((least[0].distance, least[0].tool.x), (-0.5, 50.0));
     }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod checks;
 pub(crate) mod doubt;
+pub(crate) mod worst;
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Check, Limit, Measure, Place};
@@ -239,9 +240,13 @@ pub fn layer_checks(
             .filter_map(|l| value(l).map(|v| (v, l)))
             .max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    if let Some((error, layer)) = worst(&|l| l.mean_top.map(|m| (m - l.planned_top).abs())) {
-        let top = layer.mean_top.unwrap_or(layer.planned_top);
-        let sigma = growth.at(top);
+    let limit = Limit::AtMost(limits.height_error);
+    let heights = layers.iter().filter_map(|l| {
+        let top = l.mean_top?;
+        let error = Measure::new((top - l.planned_top).abs(), growth.at(top), "mm");
+        Some(((l, top), error))
+    });
+    if let Some(((layer, top), error)) = worst::worst(heights, limit) {
         let word = if top > layer.planned_top {
             "taller"
         } else {
@@ -254,8 +259,8 @@ pub fn layer_checks(
                     "layer height (layer {} is {word} than planned)",
                     layer.layer
                 ),
-                Measure::new(error, sigma, "mm"),
-                Limit::AtMost(limits.height_error),
+                error,
+                limit,
             )
             .at(Place::layer(layer.layer))
             .remedy(remedies.height),
@@ -358,6 +363,22 @@ mod tests {
         assert_eq!(height.status, Status::Fail);
         assert_eq!(height.place.as_ref().unwrap().layer, Some(25));
         assert!(height.remedy.is_some());
+    }
+
+    /// Near the plate a height is well known, and 0.5 mm too much is nothing; at 100 mm a height that is known to 5 % may be far off.
+    #[test]
+    fn the_height_that_is_told_is_the_one_most_likely_too_far_off() {
+        let layer = |layer, planned_top, mean_top| LayerOutcome {
+            layer,
+            planned_top,
+            mean_top: Some(mean_top),
+            ..LayerOutcome::default()
+        };
+        let layers = [layer(1, 2.0, 2.5), layer(50, 100.0, 100.1)];
+        let checks = layer_checks(&layers, &growth(0.05), &LIMITS, &REMEDIES);
+        let height = checks.iter().find(|c| c.id == "height").unwrap();
+        assert_eq!(height.place.as_ref().unwrap().layer, Some(50));
+        assert_eq!(height.status, Status::Warn);
     }
 
     #[test]

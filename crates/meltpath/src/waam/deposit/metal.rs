@@ -28,8 +28,8 @@ pub(in crate::waam) struct Laid<'a> {
     pub(in crate::waam) ctwd: &'a [TubePlace],
     /// The surface.
     pub(in crate::waam) map: &'a HeightMap,
-    /// Where travels pass nearest over metal.
-    pub(in crate::waam) passed: Option<TubeDistance>,
+    /// Where travels pass nearest over metal and plate.
+    pub(in crate::waam) passed: &'a [TubeDistance],
 }
 
 impl<'a> Laid<'a> {
@@ -39,7 +39,7 @@ impl<'a> Laid<'a> {
             layers: &simulation.layers,
             ctwd: &simulation.ctwd,
             map: &simulation.deposit.map,
-            passed: simulation.deposit.passed,
+            passed: &simulation.deposit.passed,
         }
     }
 }

@@ -1,11 +1,14 @@
 //! The distance of the contact tube from the work: by place and time, against the job's limits and against the distances at which
 //! the wire feed was measured.
 
+use std::collections::BTreeMap;
+
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 
 use meltpath_deposition::deposit::TubeDistance;
 
+use crate::waam::judge::worst::worst;
 use crate::waam::judge::{GrowthError, LayerOutcome, TubePlace};
 use crate::waam::settings::Settings;
 
@@ -29,17 +32,19 @@ pub(in crate::waam) fn checks(
     checks
 }
 
-/// Whether the wire's tip stays over the simulated metal on travels.
-pub(in crate::waam) fn travels(
-    passed: Option<TubeDistance>,
-    growth: &GrowthError,
-) -> Option<Check> {
-    let least = passed?;
+/// Whether the wire's tip stays over the simulated metal, and over the plate, on travels.
+pub(in crate::waam) fn travels(passed: &[TubeDistance], growth: &GrowthError) -> Option<Check> {
+    let limit = Limit::AtLeast(0.0);
+    let measured = passed.iter().map(|p| {
+        let sigma = growth.at(p.tool.z - p.distance);
+        (p, Measure::new(p.distance, sigma, "mm"))
+    });
+    let (least, distance) = worst(measured, limit)?;
     let check = Check::judge(
         "travels",
-        "travels: least height of the wire's tip over the simulated metal",
-        Measure::new(least.distance, growth.at(least.tool.z), "mm"),
-        Limit::AtLeast(0.0),
+        "travels: least height of the wire's tip over the simulated metal and the plate",
+        distance,
+        limit,
     );
     let check = check.at(Place::at(least.tool.to_array()));
     Some(
@@ -73,24 +78,21 @@ impl End {
     fn of(self, layer: &LayerOutcome) -> Option<TubePlace> {
         layer.tube.map(|tube| tube[self as usize])
     }
-
-    /// The layer that holds that end of the build.
-    fn worst(self, layers: &[LayerOutcome]) -> Option<(&LayerOutcome, TubePlace)> {
-        let all = layers.iter().filter_map(|l| Some((l, self.of(l)?)));
-        let order = |a: &TubePlace, b: &TubePlace| a.at.distance.total_cmp(&b.at.distance);
-        match self {
-            End::Nearest => all.min_by(|a, b| order(&a.1, &b.1)),
-            End::Farthest => all.max_by(|a, b| order(&a.1, &b.1)),
-        }
-    }
 }
 
 /// One end of the distances against its limit.
 fn local(layers: &[LayerOutcome], growth: &GrowthError, end: End, limit: Limit) -> Option<Check> {
-    let (layer, found) = end.worst(layers)?;
     // the surface under layer n is layer n-1: its height carries the uncertainty
-    let below = layers.iter().find(|b| b.layer + 1 == layer.layer);
-    let sigma = growth.at(below.map_or(0.0, |b| b.mean_top.unwrap_or(b.planned_top)));
+    let tops = layers
+        .iter()
+        .map(|b| (b.layer + 1, b.mean_top.unwrap_or(b.planned_top)));
+    let below: BTreeMap<u32, f64> = tops.collect();
+    let measured = layers.iter().filter_map(|l| {
+        let place = end.of(l)?;
+        let sigma = growth.at(below.get(&l.layer).copied().unwrap_or(0.0));
+        Some((place, Measure::new(place.at.distance, sigma, "mm")))
+    });
+    let (found, value) = worst(measured, limit)?;
     let (id, title) = match end {
         End::Nearest => ("ctwd-min", "nearest contact tube to work distance"),
         End::Farthest => ("ctwd-max", "farthest contact tube to work distance"),
@@ -101,7 +103,6 @@ fn local(layers: &[LayerOutcome], growth: &GrowthError, end: End, limit: Limit) 
             Limit::AtMost(bound) => p.at.distance > bound,
         })
     };
-    let value = Measure::new(found.at.distance, sigma, "mm");
     let mut check = Check::judge(id, title, value, limit)
         .at(place(&found))
         .because(&at(found.at.time));
@@ -202,16 +203,19 @@ pub(in crate::waam) fn distribution(
     distances.sort_unstable_by(f64::total_cmp);
     let last = distances.len().checked_sub(1)?;
     let at = |share: f64| distances[(last as f64 * share).round() as usize];
-    let (near, far) = (
-        End::Nearest.worst(layers)?.1,
-        End::Farthest.worst(layers)?.1,
-    );
+    let all = |end: End| {
+        layers
+            .iter()
+            .filter_map(move |l| Some(end.of(l)?.at.distance))
+    };
+    let near = all(End::Nearest).min_by(f64::total_cmp)?;
+    let far = all(End::Farthest).max_by(f64::total_cmp)?;
     let words = format!(
         "along half of the beads; {:.1} to {:.1} mm along nine tenths, {:.1} to {:.1} mm in all",
         at(0.05),
         at(0.95),
-        near.at.distance,
-        far.at.distance
+        near,
+        far
     );
     let title = "contact tube to work distance";
     Some(Fact::new(

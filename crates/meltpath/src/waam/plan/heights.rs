@@ -1,5 +1,7 @@
 //! Layer heights: from the growth of the beads that fill each layer, up to what covers the part however the build grows.
 
+use std::ops::Range;
+
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Observer, Origin, Reporter, Resolved};
 use meltpath_deposition::assembly::{self, AssemblyBead, AssemblyError, Growth};
@@ -22,6 +24,8 @@ use crate::waam::settings::bead::FREE_EDGE;
 const MOST_PROBES: usize = 60;
 /// Most pairs of layers that are driven for it.
 const MOST_DRIVEN: usize = 8;
+/// Layers whose beads are as long and grow as much but for this share are driven alike.
+const ALIKE: f64 = 0.01;
 /// Depth of the groove between two beads, bead heights: parabolas 0.738 widths apart meet at half their height, and level.
 const GROOVE: f64 = 0.25;
 /// Part of a layer by which the build may stay below its target.
@@ -241,39 +245,82 @@ fn growth(
     Ok((grown, single))
 }
 
-/// Makes the growth of layers that lie by their lines that of layers as the controller drives them. Of many layers some are driven, each with the
-/// one above it, whose beads go another way; the others follow the nearest.
+/// Makes the growth of layers that lie by their lines that of layers as the controller drives them. Some are driven, each with the one above it,
+/// whose beads go another way; the others follow the pair that is most like them.
 fn as_driven(
     grows: &mut [Option<f64>],
     paths: &[&Layer],
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<(), PlanStageError> {
-    let pairs = paths.len().div_ceil(2).min(MOST_DRIVEN);
-    let share = |k: usize| {
-        let first = (k * paths.len() / pairs).min(paths.len().saturating_sub(2));
-        let pair = first..(first + 2).min(paths.len());
+    let lines: Vec<ByLines> = grows
+        .iter()
+        .zip(paths)
+        .map(|(grows, path)| ByLines {
+            grows: grows.unwrap_or(0.0),
+            length: path.passes().map(|p| p.length()).sum(),
+        })
+        .collect();
+    let pairs = unlike(&lines);
+    let share = |pair: &Range<usize>| {
         // what no program can be made of, or no bead is in, stays as its lines say
         let Some(laid) = laid::laid(&paths[pair.clone()], settings, observer) else {
             return Ok(None);
         };
         let driven: f64 = laid::heights(&laid, settings)?.iter().flatten().sum();
-        let by_lines: f64 = grows[pair].iter().flatten().sum();
+        let by_lines: f64 = lines[pair.clone()].iter().map(|l| l.grows).sum();
         let known = driven > 0.0 && by_lines > 0.0;
-        Ok(known.then(|| (first, driven / by_lines)))
+        Ok(known.then(|| (pair.clone(), driven / by_lines)))
     };
-    let shares = (0..pairs).into_par_iter().map(share);
-    let shares: Vec<Option<(usize, f64)>> = shares.collect::<Result<_, PlanarError>>()?;
+    let shares = pairs.par_iter().map(share);
+    let shares: Vec<Option<(Range<usize>, f64)>> = shares.collect::<Result<_, PlanarError>>()?;
     observer.check()?;
-    let known = || shares.iter().flatten();
-    for (i, grows) in grows.iter_mut().enumerate() {
-        // from the middle of a pair, in half layers
-        let nearest = known().min_by_key(|(first, _)| (2 * first + 1).abs_diff(2 * i));
-        if let (Some(grows), Some((_, share))) = (grows, nearest) {
+    for (grows, layer) in grows.iter_mut().zip(&lines) {
+        let known = shares.iter().flatten();
+        let most_like = known.min_by(|(a, _), (b, _)| {
+            let unlike = |pair: &Range<usize>| layer.unlike(&lines[pair.clone()]);
+            unlike(a).total_cmp(&unlike(b))
+        });
+        if let (Some(grows), Some((_, share))) = (grows, most_like) {
             *grows *= share;
         }
     }
     Ok(())
+}
+
+/// A layer by its lines.
+struct ByLines {
+    /// Its growth, mm; 0 of no bead.
+    grows: f64,
+    /// Length of its beads, mm.
+    length: f64,
+}
+
+impl ByLines {
+    /// How far it differs from the most like of some layers: the greater share by which growth and length do.
+    fn unlike(&self, others: &[ByLines]) -> f64 {
+        let share = |a: f64, b: f64| (a - b).abs() / a.max(b).max(f64::MIN_POSITIVE);
+        let from = |o: &ByLines| share(self.grows, o.grows).max(share(self.length, o.length));
+        others.iter().map(from).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Pairs of layers, one over the other, of which every layer is like one, as far as [`MOST_DRIVEN`] allow.
+fn unlike(lines: &[ByLines]) -> Vec<Range<usize>> {
+    let mut pairs: Vec<Range<usize>> = Vec::new();
+    for (i, layer) in lines.iter().enumerate() {
+        let is_new = pairs
+            .iter()
+            .all(|p| layer.unlike(&lines[p.clone()]) > ALIKE);
+        if layer.grows > 0.0 && is_new {
+            let first = i.min(lines.len().saturating_sub(2));
+            pairs.push(first..(first + 2).min(lines.len()));
+        }
+    }
+    let kept = pairs.len().min(MOST_DRIVEN);
+    (0..kept)
+        .map(|k| pairs[k * pairs.len() / kept].clone())
+        .collect()
 }
 
 /// Layers that follow the growth, up to `top`; `feed`: the share of the reference's wire that the first layer gets, and each further one.
