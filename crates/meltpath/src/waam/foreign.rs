@@ -35,7 +35,7 @@ use crate::waam::drive::spacing;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::judge::checks::{
-    borrowed_check, build_facts, fixed_torch_check, programmed, range_check,
+    borrowed_check, build_facts, fixed_torch_check, heat_check, programmed, range_check,
 };
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::plan::own::{Own, own_plan};
@@ -276,6 +276,7 @@ fn foreign_checks(
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
     checks.extend(tube::travels(laid.passed, &growth));
     checks.extend(borrowed_check(settings));
+    checks.push(heat_check());
     Ok(checks)
 }
 

@@ -11,7 +11,7 @@ use crate::waam::deposit::target::{Allowance, Target, compare};
 use crate::waam::deposit::tube;
 use crate::waam::error::WaamError;
 use crate::waam::judge::checks::{
-    borrowed_check, overhang_check, planned, plate_check, range_check,
+    borrowed_check, heat_check, overhang_check, planned, plate_check, range_check,
 };
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::{
@@ -80,6 +80,7 @@ pub(in crate::waam) fn checks(
     doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));
     checks.extend(borrowed_check(settings));
+    checks.push(heat_check());
     checks.push(overhang_check(plan, settings));
     checks.extend(plate_check(plan, settings));
     Ok(checks)

@@ -78,6 +78,16 @@ pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
     Some(check.remedy(remedy))
 }
 
+/// Beads change with the temperature of what they are laid on, which nothing here simulates.
+pub(crate) fn heat_check() -> Check {
+    Check::not_checked(
+        "heat",
+        "temperature of the metal between layers",
+        "no heat is simulated: beads are taken to be as those that were measured, on metal as cold as theirs was",
+    )
+    .remedy("pause as long as when the beads were measured (layers.pause), or wait until a layer has cooled (layers.until = \"cooled\")")
+}
+
 /// Programs for a torch that stands, in dialects whose words for it are not known here; nothing where all are written with them.
 pub(crate) fn fixed_torch_check(dialects: &[Dialect], settings: &Settings) -> Option<Check> {
     let cell = settings.robot.as_ref()?;

@@ -26,7 +26,9 @@ use crate::waam::drive::said_frames::undecided;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::solids::Standing;
 use crate::waam::error::WaamError;
-use crate::waam::judge::checks::{borrowed_check, fixed_torch_check, planned, range_check};
+use crate::waam::judge::checks::{
+    borrowed_check, fixed_torch_check, heat_check, planned, range_check,
+};
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::Commands;
@@ -195,6 +197,7 @@ pub(super) fn wall(
     }
     checks.extend(metal::checks(&driven.grown, &plan, &commands, settings));
     checks.extend(borrowed_check(settings));
+    checks.push(heat_check());
     checks.extend(range_check(planned(&plan.toolpath), settings));
     let written = written(
         loaded,
