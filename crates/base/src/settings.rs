@@ -393,8 +393,14 @@ impl<T: Value + Clone> Setting<Option<T>> {
         self.or_from(provenance, value, relation)
     }
 
-    /// The value written, or one of another origin; recorded either way.
+    /// The value written, or one of another origin; recorded either way. One that was put in later keeps the origin that was recorded with it.
     pub fn or_from(&self, provenance: &mut Provenance, value: T, origin: Origin) -> T {
+        if let Some(put_in) = &self.value
+            && !self.is_written()
+            && provenance.parameters.contains_key(&self.name)
+        {
+            return put_in.clone();
+        }
         let (value, origin) = match &self.value {
             Some(written) => (written.clone(), Origin::Job),
             None => (value, origin),

@@ -119,7 +119,7 @@ table! {
         /// Rear length a_b.
         rear: Datum<Length> where positive => required;
         /// Offset e.
-        offset: Datum<Length> => required;
+        offset: Datum<Length> where not_negative => required;
     }
 }
 
@@ -213,7 +213,13 @@ impl PoolFile {
                 None | Some(Ok(_)) => None,
             };
             let refused = refused.map(|why| file.pursuit.problem(why));
-            none.into_iter().chain(refused).collect()
+            let swapped = file.pool.iter().filter(|row| row.rear.0 < row.half_width.0);
+            let swapped = swapped.map(|row| {
+                let [rear, half] = [row.rear.0, row.half_width.0];
+                let message = format!("a pool that reaches {rear} mm behind the arc and {half} mm to each side");
+                row.rear.problem(message).help("a moving pool is longer behind than it is wide: are rear and half_width swapped?")
+            });
+            none.into_iter().chain(refused).chain(swapped).collect()
         })
     }
 
@@ -264,6 +270,18 @@ mod tests {
         assert_eq!(rows.len(), 2);
         let near = nearest_pool(&rows, 9.0, 0.5).unwrap();
         assert!((near.half_width.0 - 4.14).abs() < 1e-12);
+    }
+
+    /// A pool that is wider than long is one whose sizes were exchanged; none lies behind where it begins.
+    #[test]
+    fn pools_that_cannot_be_are_refused() {
+        let good = pools::X90_IG_1_0_CMT_M14.text;
+        let swapped = good.replace("value = 10.80", "value = 3.0");
+        let ahead = good.replace("value = 1.66", "value = -1.66");
+        for (text, words) in [(swapped, "swapped"), (ahead, "offset")] {
+            let refused = PoolFile::parse(&text).unwrap_err().to_string();
+            assert!(refused.contains(words), "{refused}");
+        }
     }
 
     #[test]

@@ -9,6 +9,9 @@ use meltpath_perception::arc::steady::{Mean, Piece, Steady};
 use super::file::{Records, Setting};
 use super::line::Fitted;
 
+/// m/min of a mm/s.
+pub(super) const PER_MINUTE: f64 = 0.06;
+
 /// A record with what it showed.
 #[derive(Debug, Clone)]
 pub struct Recorded {

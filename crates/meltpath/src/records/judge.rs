@@ -1,10 +1,12 @@
 //! What can be said of records.
 
+use std::fmt::Write as _;
+
 use meltpath_base::{Check, Fact, Limit, Measure, Reporter, Status};
 use meltpath_perception::arc::steady::{Mean, Poles};
 
 use super::file::Records;
-use super::found::{Recorded, Response};
+use super::found::{PER_MINUTE, Recorded, Response};
 use super::line::ends;
 
 /// Most voltage over current, Ω: arcs of this process have 0.05 to 0.3; exchanged columns 3 and more.
@@ -28,7 +30,7 @@ const SLOW: f64 = 1e-3;
 const STEEL: ([f64; 2], f64) = ([7000.0, 8500.0], 12.6);
 
 /// Checks of records, of which what is written hangs.
-pub(super) const OF_DISTANCE: [&str; 2] = ["distance", "straight"];
+pub(super) const OF_DISTANCE: [&str; 3] = ["distance", "straight", "falling"];
 
 /// What should be known of records.
 pub(super) fn warn(records: &Records, beads: &[Recorded], reporter: &Reporter) {
@@ -149,6 +151,7 @@ pub(super) fn checks(
     checks.extend(of_wire(records, beads));
     checks.push(distance(records, beads));
     checks.push(straight(beads, response));
+    checks.extend(falling(response));
     checks
 }
 
@@ -317,6 +320,24 @@ fn straight(beads: &[Recorded], response: Option<&Response>) -> Check {
         .remedy("look at the plots: leave out what does not belong, or write records of the distances that you use")
 }
 
+/// A feed that rises as the contact tube comes nearer, which no stabiliser makes: a mirrored order of the distances follows its own lines as well
+/// as the right one does. Nothing is told of a feed that falls or is held.
+fn falling(response: Option<&Response>) -> Option<Check> {
+    let feed = &response?.feed;
+    let [slope, sigma] = feed.slope.map(|s| PER_MINUTE * s);
+    let rises = feed.is_sloped() && slope < 0.0;
+    rises.then(|| {
+        Check::judge(
+            "falling",
+            "rise of the wire feed per mm that the contact tube comes nearer",
+            Measure::new(-slope, sigma, "m/min/mm"),
+            Limit::AtMost(0.0),
+        )
+        .because("no stabiliser does that")
+        .remedy("look at the order of the records, their layers and distances")
+    })
+}
+
 /// What is told besides.
 pub(super) fn facts(
     records: &Records,
@@ -388,14 +409,18 @@ pub(super) fn facts(
         ),
     ]);
     let [fed, sigma] = response.feed.value.map(|v| 100.0 * v / response.programmed);
+    let mut told = format!("at {:.1} mm", response.reference);
+    if falling(Some(response)).is_none() {
+        let _ = write!(
+            told,
+            "; in a job: [waam.source] feed_factor = \"{fed:.0} %\""
+        );
+    }
     facts.push(Fact::new(
         "feed-factor",
         "wire fed over wire set at the reference distance",
         Measure::new(fed, sigma, "%"),
-        &format!(
-            "at {:.1} mm; in a job: [waam.source] feed_factor = \"{fed:.0} %\"",
-            response.reference
-        ),
+        &told,
     ));
     if let Some((growth, lifted)) = records.file.growth.zip(*records.file.layer_height) {
         let rest = records.file.first_distance.map_or(0.0, |d| d.0) - records.file.least_distance.0;

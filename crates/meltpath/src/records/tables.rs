@@ -7,12 +7,10 @@ use meltpath_base::Check;
 use toml::{Table, Value};
 
 use super::file::Records;
-use super::found::{Recorded, Response, Written};
+use super::found::{PER_MINUTE, Recorded, Response, Written};
 use super::judge::{OF_DISTANCE, failing};
 use super::line::ends;
 
-/// m/min of a mm/s.
-const PER_MINUTE: f64 = 0.06;
 /// From so many records on their own range tells how far energies scatter.
 const RANGE: usize = 3;
 
@@ -68,12 +66,6 @@ pub(super) fn source(
     }
     let [slope, sigma] = response.feed.slope.map(|s| PER_MINUTE * s);
     let sloped = response.feed.is_sloped();
-    if sloped && slope < 0.0 {
-        return no(&format!(
-            "the feed rises by {:.3} m/min per mm as the contact tube comes nearer, and no stabiliser does that: look at the distances",
-            -slope
-        ));
-    }
     if sloped && band.0 == 0.0 {
         return no(&format!(
             "the feed changes by {slope:.3} m/min per mm, and stabiliser = \"0 m/min\" says that it is held: write the setting of the stabiliser"

@@ -63,7 +63,7 @@ pub enum PartError {
         thin: f64,
     },
     /// Far too large for the process.
-    #[error("the part {} is {:.0} x {:.0} x {:.0} mm: wrong unit? An STL carries none: say `part_unit = \"mm\"`, \"cm\", \"m\" or \"in\"", .path.display(), .size.x, .size.y, .size.z)]
+    #[error("the part {} is {:.0} x {:.0} x {:.0} mm: wrong unit? {}", .path.display(), .size.x, .size.y, .size.z, unit_hint(.path))]
     Size {
         /// The file.
         path: PathBuf,
@@ -97,6 +97,14 @@ pub enum PartError {
         /// How many there are.
         count: u32,
     },
+}
+
+/// What tells the unit of a file.
+fn unit_hint(path: &Path) -> &'static str {
+    match ending(path).as_str() {
+        "stl" => "An STL carries none: say `part_unit = \"mm\"`, \"cm\", \"m\" or \"in\"",
+        _ => "The file tells it: export the part anew in the unit that it was drawn in",
+    }
 }
 
 fn hint(area: f64) -> &'static str {
@@ -139,6 +147,16 @@ pub(super) fn read(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Part, PartError> {
+    if unit != PartUnit::Millimetre && ending(path) != "stl" {
+        reporter.warn(
+            "unit-of-file",
+            format!(
+                "part_unit is not taken: {} tells its own unit",
+                name_of(path)
+            ),
+            "leave part_unit out; where the part is too large or too small, export it anew",
+        );
+    }
     let mut mesh = if is_step(path) {
         let model = step_model(path, reporter, observer)?;
         meshed(&model, chord_error, path, reporter, observer)?

@@ -35,9 +35,10 @@ use crate::waam::drive::spacing;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::judge::checks::{
-    borrowed_check, build_facts, fixed_torch_check, heat_check, programmed, range_check,
+    borrowed_check, fixed_torch_check, heat_check, programmed, range_check,
 };
 use crate::waam::judge::doubt::{self, Doubt};
+use crate::waam::judge::facts::build_facts;
 use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::{files, toolpath_file};

@@ -18,7 +18,7 @@ use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume};
-use meltpath_deposition::process_map::{Bead, ProcessMap, Tried};
+use meltpath_deposition::process_map::{Bead, Law, ProcessMap, Tried};
 use meltpath_deposition::stepover::fusion_at_risk;
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::FillSettings;
@@ -192,7 +192,7 @@ pub fn resolve(
     let surface = surface::asked(job, folder, (&bead, step.value), &mut r);
     check_distance(&job.checks, &machine.ctwd, ctwd)?;
     let limits = limits(&job.checks, ctwd, &mut r);
-    models(&cell, &mut r);
+    models(&cell, &map, &mut r);
     Ok(Settings {
         part: folder.join(&**job.part),
         part_unit: *job.part_unit,
@@ -424,18 +424,28 @@ fn limits(c: &ChecksTable, ctwd: f64, r: &mut Provenance) -> Limits {
 }
 
 /// The models of the chain with their sources.
-fn models(cell: &Cell, provenance: &mut Provenance) {
+fn models(cell: &Cell, map: &ProcessMap, provenance: &mut Provenance) {
     let motion = match *cell.motion {
         Some(_) => {
             "Rouchon 2022, § 3.3.1: two moving averages; the dwell below 30° is an assumption"
         }
         None => "none: the cell has no corner model, the set speed is driven everywhere",
     };
-    for (name, source) in [
-        (
-            "process map",
-            "Rouchon 2022, § 2.1.2, 2.3; seed law of our own through its published points",
+    let law = match &map.law {
+        Law::PowerLaw { .. } => "a power law",
+        Law::Grid(_) => "sizes on a grid",
+        Law::Fitted(_) => map.tried.first().map_or("laws through beads", |t| t.form),
+    };
+    let law = format!("{}: {law}, by the sources that its file names", map.id);
+    let response = match &map.feed_response {
+        Some(measured) => format!(
+            "{}, as a line within the penetration stabiliser's band",
+            measured.slope.source
         ),
+        None => "none: the feed is that of the reference distance".to_owned(),
+    };
+    for (name, source) in [
+        ("process map", &*law),
         ("filling", "Rouchon 2022, § 1.2.3.2, with rules of our own"),
         ("robot motion", motion),
         ("bead axis", "Rouchon 2022, § 3.3.2: pursuit curve"),
@@ -443,10 +453,7 @@ fn models(cell: &Cell, provenance: &mut Provenance) {
             "deposit",
             "Rouchon 2022, § 3.5, eq. 3.10-3.13: cumulated double half-ellipsoids",
         ),
-        (
-            "wire feed against contact tube distance",
-            "Rouchon 2022, table 4.4, as a line within the penetration stabiliser's band",
-        ),
+        ("wire feed against contact tube distance", &response),
         (
             "levelling of beads",
             "of our own, after the assembly model of Rouchon 2022, § 4.2-4.4 (walls 0.9 w wide)",

@@ -9,9 +9,6 @@ use meltpath_robot::cell::Arrangement;
 use meltpath_robot::command::Source;
 use meltpath_toolpath::{Channel, Toolpath};
 
-use crate::waam::deposit::simulate::Simulation;
-use crate::waam::deposit::tube;
-use crate::waam::judge::LayerOutcome;
 use crate::waam::plan::Plan;
 use crate::waam::plan::heights::{ASSEMBLED, EDGE_BEADS, assembled};
 use crate::waam::program::{Commands, Programs};
@@ -281,9 +278,11 @@ fn assembly(plan: &Plan, settings: &Settings) -> Fact {
             let what = if beads == 1 {
                 "a wall of single beads".to_owned()
             } else {
+                let edges = if g.edge_lag < 0.0 { "higher" } else { "lower" };
                 format!(
-                    "{beads} beads {:.2} mm apart, whose edges lie {:.1} mm lower after {ASSEMBLED} layers",
-                    settings.stepover.value, g.edge_lag
+                    "{beads} beads {:.2} mm apart, whose edges lie {:.1} mm {edges} after {ASSEMBLED} layers",
+                    settings.stepover.value,
+                    g.edge_lag.abs()
                 )
             };
             let refused = g.degenerate.map_or(String::new(), |n| {
@@ -319,85 +318,6 @@ pub(crate) fn program_check(programs: &[(&Programs, &Commands)], toolpath: &Tool
     }
 }
 
-/// What the simulated build tells: size, wire, energy, times.
-pub(crate) fn build_facts(
-    simulation: &Simulation,
-    commands: &Commands,
-    settings: &Settings,
-) -> Vec<Fact> {
-    let s = &simulation.summary;
-    let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
-    let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
-    let mut facts = vec![
-        exact("layers", "layers", simulation.layers.len() as f64, ""),
-        exact(
-            "height-built",
-            "highest place",
-            simulation.deposit.map.maximum(),
-            "mm",
-        ),
-        exact("arc-starts", "arc starts", simulation.arc_starts as f64, ""),
-        Fact::new(
-            "wire-mass",
-            "wire used",
-            wire_used(simulation.deposit.wire, settings),
-            &format!(
-                "{:.1} m of {}",
-                simulation.deposit.wire / 1000.0,
-                *settings.wire.name
-            ),
-        ),
-        wire_feed(simulation, commands, settings),
-        energy(simulation, settings),
-        minutes("time-arc", "time with arc", s.arc_time),
-        minutes("time-travel", "time of travels", s.travel_time),
-        minutes("time-pause", "time of pauses", s.pause_time),
-        minutes("time-total", "time in all", s.total_time),
-    ];
-    let distances = simulation.ctwd.iter().map(|p| p.at.distance).collect();
-    facts.extend(tube::distribution(&simulation.layers, distances));
-    facts.extend(energy_of_layers(simulation, commands, settings));
-    facts
-}
-
-/// Wire feed as delivered, layer by layer: the source answers to the contact tube distance.
-fn wire_feed(simulation: &Simulation, commands: &Commands, settings: &Settings) -> Fact {
-    const PER_MINUTE: f64 = 0.06;
-    let feed = |l: &&LayerOutcome| PER_MINUTE * l.wire / l.arc_time;
-    let fed = || simulation.layers.iter().filter(|l| l.arc_time > 0.0);
-    let total: f64 = fed().map(|l| l.wire).sum();
-    let time: f64 = fed().map(|l| l.arc_time).sum();
-    let mean = if time > 0.0 {
-        PER_MINUTE * total / time
-    } else {
-        0.0
-    };
-    let (least, greatest) = fed()
-        .map(|l| feed(&l))
-        .fold((f64::MAX, f64::MIN), |(a, b), f| (a.min(f), b.max(f)));
-    let (slowest, fastest) = programmed(commands, settings)
-        .map(|s| PER_MINUTE * s.wire_feed)
-        .fold((f64::MAX, f64::MIN), |(a, b), f| (a.min(f), b.max(f)));
-    // what differs in no digit that is shown is one feed
-    let asked = match [slowest, fastest].map(|f| format!("{f:.2}")) {
-        [slow, fast] if slow == fast => slow,
-        [slow, fast] => format!("{slow} to {fast}"),
-    };
-    let why = match settings.deposit.feed_response {
-        Some(r) => format!(
-            "the source feeds {:.1} % less per mm of contact tube distance lost",
-            100.0 * r.slope
-        ),
-        None => "the same at any contact tube distance".to_owned(),
-    };
-    Fact::new(
-        "wire-feed",
-        "wire feed delivered, mean",
-        Measure::exact(mean, "m/min"),
-        &format!("{least:.2} to {greatest:.2} over the layers, {asked} programmed: {why}"),
-    )
-}
-
 /// Mass of `wire` mm of wire.
 pub(crate) fn wire_used(wire: f64, settings: &Settings) -> Measure {
     let density = &settings.wire.density;
@@ -408,7 +328,7 @@ pub(crate) fn wire_used(wire: f64, settings: &Settings) -> Measure {
 
 /// Standard uncertainty of the volume of wire that is fed, as a share of it: by the wire's section, which goes with the square of its
 /// diameter, and by what the source feeds of what is set.
-fn wire_sigma(settings: &Settings) -> f64 {
+pub(super) fn wire_sigma(settings: &Settings) -> f64 {
     let (diameter, factor) = (&settings.wire.diameter, &settings.map.feed_factor);
     let diameter = relative(diameter.0, diameter.uncertainty);
     (2.0 * diameter).hypot(relative(factor.0, factor.uncertainty))
@@ -417,67 +337,4 @@ fn wire_sigma(settings: &Settings) -> f64 {
 /// A standard uncertainty as a share of its value; 0 where none is told.
 fn relative(value: f64, uncertainty: Option<f64>) -> f64 {
     uncertainty.map_or(0.0, |u| u / value)
-}
-
-/// Electric energy, from the energy per volume of wire fed that was measured for the transfer mode.
-fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
-    const ID: &str = "energy";
-    const TITLE: &str = "electric energy of the arc";
-    let Some(per_volume) = &settings.energy else {
-        let words = format!(
-            "cannot say: no energy per volume was measured on {} in mode {}",
-            *settings.wire.name, settings.mode
-        );
-        return Fact::words(ID, TITLE, &words);
-    };
-    let volume = simulation.deposit.wire * settings.wire.section();
-    let megajoule = |per: f64| per * volume * 1e-6;
-    let mean = megajoule(per_volume.mean);
-    let sigma = megajoule(per_volume.sigma).hypot(mean * wire_sigma(settings));
-    let words = format!(
-        "at {} J/mm³ of wire ({})",
-        per_volume.mean, per_volume.source
-    );
-    Fact::new(ID, TITLE, Measure::new(mean, sigma, "MJ"), &words)
-}
-
-/// How the energy per volume changes with the contact tube distance from the first layer to the last, where the process map holds voltage
-/// and current over the distance at the wire feed that is set.
-fn energy_of_layers(
-    simulation: &Simulation,
-    commands: &Commands,
-    settings: &Settings,
-) -> Option<Fact> {
-    const ID: &str = "energy-per-volume";
-    const TITLE: &str = "electric energy per volume of wire, first and last layer";
-    let lines = settings.map.electric.as_ref()?.lines();
-    let cannot = |why: &str| Some(Fact::words(ID, TITLE, &format!("cannot say: {why}")));
-    if !programmed(commands, settings).all(|s| lines.of_feed(s.wire_feed)) {
-        return cannot("the map's voltage and current were measured at another wire feed");
-    }
-    let mut fed = simulation.layers.iter().filter(|l| l.arc_time > 0.0);
-    let first = fed.next()?;
-    let told = |layer: &LayerOutcome| {
-        let distance = layer.ctwd_mean;
-        let energy = lines.energy(distance, settings.wire.section());
-        let known = lines.covers(distance);
-        known.then(|| {
-            format!(
-                "{energy:.1} J/mm³ in layer {} at {distance:.1} mm",
-                layer.layer
-            )
-        })
-    };
-    let layers = [Some(first), fed.next_back()];
-    let words: Option<Vec<String>> = layers.into_iter().flatten().map(told).collect();
-    let Some(words) = words else {
-        return cannot(
-            "the contact tube leaves the distances at which the map's voltage and current were measured",
-        );
-    };
-    let words = format!(
-        "{}: by the map's feed, voltage and current over the distance",
-        words.join(", ")
-    );
-    Some(Fact::words(ID, TITLE, &words))
 }

@@ -12,6 +12,7 @@ use super::under::{base_check, plate_check};
 use super::{Asked, onto};
 use crate::waam::drive::lean::{self, Turned};
 use crate::waam::judge::checks::wire_used;
+use crate::waam::judge::facts::waited;
 use crate::waam::settings::Settings;
 
 fn place(at: &Extreme) -> Place {
@@ -246,8 +247,14 @@ pub(super) fn facts(
         Fact::new("wire-mass", "wire used", used, ""),
         minutes("time-arc", "time with arc", summary.arc_time),
         minutes("time-travel", "time of travels", summary.travel_time),
-        minutes("time-pause", "time of pauses", summary.pause_time),
-        minutes("time-total", "time in all", summary.total_time),
+        waited(
+            minutes("time-pause", "time of pauses", summary.pause_time),
+            settings,
+        ),
+        waited(
+            minutes("time-total", "time in all", summary.total_time),
+            settings,
+        ),
     ]);
     facts
 }
