@@ -26,6 +26,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
 use expression::Memory;
+use frames::Came;
 pub use gap::{Gap, Missing, NoPose, Open};
 pub use refusal::{ProgramError, Refusal};
 
@@ -229,6 +230,7 @@ pub(crate) fn execution_order(
         here: None,
         bead_frames: None,
         bead_axes: None,
+        came: Came::Unknown,
         turned: None,
         arc: None,
         layer: None,
@@ -308,6 +310,8 @@ struct Machine<'a> {
     bead_frames: Option<([String; 2], FramesAt)>,
     /// External axes of the robot's group at the first bead.
     bead_axes: Option<Vec<f64>>,
+    /// Where the last move came to.
+    came: Came,
     /// Where the positioner stood at the last move.
     turned: Option<Vec<f64>>,
     /// While the arc burns: what its word says, and what it sets.

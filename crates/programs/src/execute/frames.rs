@@ -2,11 +2,64 @@
 
 use meltpath_geometry::Pose;
 
-use super::{Executed, ExecutedKind, ExecutedMotion, FramesAt, Machine};
+use super::{Executed, ExecutedKind, ExecutedMotion, FramesAt, Machine, Missing};
 use crate::held::Holds;
 use crate::program::{Coordinates, Instruction, PositionRef};
 
+/// Where the last move came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Came {
+    /// It is not known where.
+    Unknown,
+    /// To joints, whatever frames were selected.
+    Joints,
+    /// To a place in these frames, by the joints or along a path.
+    ByJoints(FramesAt),
+    /// See [`Came::ByJoints`].
+    Along(FramesAt),
+}
+
 impl Machine<'_> {
+    /// Tells a move of a bead that goes from other frames than it leads to: what lies between is one way only where both are known to be one.
+    pub(super) fn look_at_start(&mut self, frames: (u32, u32)) {
+        let now = (self.at.0, frames);
+        let (from, by_joints) = match self.came {
+            Came::Unknown => return self.gap(Missing::Begins),
+            Came::Joints => return,
+            Came::ByJoints(from) => (from, true),
+            Came::Along(from) => (from, false),
+        };
+        if from == now {
+            return;
+        }
+        let [before, here] = [from, now].map(|at| self.programs[at.0].frame_names(at.1));
+        if before != here && !self.is_told_alike([from, now], by_joints) {
+            self.gap(Missing::Across(before, here));
+        }
+    }
+
+    /// Tells a round move whose point on the way is in other frames than its end.
+    pub(super) fn look_at_via(&mut self, of_via: (Option<u32>, Option<u32>)) {
+        let all = [of_via, self.frames].map(|(frame, tool)| frame.zip(tool));
+        if let [Some(via), Some(end)] = all
+            && via != end
+        {
+            let [via, end] = [via, end].map(|at| self.programs[self.at.0].frame_names(at));
+            self.gap(Missing::Across(via, end));
+        }
+    }
+
+    /// Whether the end of a move and that of the next are told in the frames of the first bead both.
+    fn is_told_alike(&self, [from, now]: [FramesAt; 2], by_joints: bool) -> bool {
+        let Some((_, first)) = self.bead_frames else {
+            return false;
+        };
+        let tools = &self.programs[now.0].said_frames.tool;
+        let known = [from, now].iter().all(|at| tools.contains_key(&at.1.1));
+        let same_tip = from.1.1 == now.1.1 || (by_joints && known);
+        same_tip && self.lie_known([from, now]) && self.lie_known([first, now])
+    }
+
     /// Whether one program says in numbers where both user frames lie.
     pub(super) fn lie_known(&self, [a, b]: [FramesAt; 2]) -> bool {
         let said = &self.programs[a.0].said_frames.user;

@@ -51,6 +51,15 @@ pub enum Missing {
         "this bead is in user frame {0} with tool frame {1}, those before it are in others: how the frames lie to each other is not known"
     )]
     Frames(String, String),
+    /// A move of a bead that goes from some frames into others.
+    #[error(
+        "this bead goes from user frame {} with tool frame {} into user frame {} with tool frame {}: how the frames lie to each other is not known",
+        .0[0], .0[1], .1[0], .1[1]
+    )]
+    Across([String; 2], [String; 2]),
+    /// A bead that begins where a move ended that was left out, or before any move.
+    #[error("where this bead begins is not known: the move to its start is not told")]
+    Begins,
     /// A move along which the robot holds something else than along the first bead.
     #[error(
         "the robot holds {here} along this move, and {beads} along the first bead: the move is left out"
@@ -210,6 +219,7 @@ impl Missing {
             Missing::Weave
             | Missing::WeaveBeyond(_)
             | Missing::Position(_)
+            | Missing::Begins
             | Missing::JointPosition(..)
             | Missing::Offset(_)
             | Missing::OnTheWay(_)
@@ -219,6 +229,7 @@ impl Missing {
             | Missing::ExternalAxes
             | Missing::Coordinated
             | Missing::Frames(..)
+            | Missing::Across(..)
             | Missing::HeldOtherwise { .. }
             | Missing::Holds(_)
             | Missing::HoldsUnsaid(_)
@@ -250,6 +261,12 @@ impl Missing {
                 "tell a track that carries the arm in the cell file ([program.track]), or simulate the beads that are laid with the external axes at one place by themselves"
             }
             Missing::Frames(..) => "simulate the beads of each frame by themselves",
+            Missing::Across(..) => {
+                "tell the place where the arc is struck in the frames of the bead, and all places of a bead in the same user frame and tool"
+            }
+            Missing::Begins => {
+                "tell the place where the arc is struck by place and orientation, in a move before the arc starts"
+            }
             Missing::HeldOtherwise { .. } => {
                 "simulate the beads that are laid with the torch on the robot, and those that are laid with the part on it, by themselves"
             }

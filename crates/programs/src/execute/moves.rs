@@ -5,6 +5,7 @@ use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
 use super::beside::{Beside, turning};
+use super::frames::Came;
 use super::effect::{
     called_on_the_way, coordinated, first_word, joints_at, leaves_beads, moves_target,
 };
@@ -380,6 +381,7 @@ impl Machine<'_> {
             MotionKind::Circular { via } => Some(self.place(via)?),
             _ => None,
         };
+        let of_via = self.frames;
         let target = self.place(&motion.target)?;
         let (mut target, mut via, shift) = match (target, via.transpose(), shift) {
             (Ok(target), Ok(via), Some(shift)) => (target, via, shift),
@@ -397,6 +399,7 @@ impl Machine<'_> {
         let here = target.pose;
         let frames = self.told_in(frames, via.iter_mut().chain([&mut target]));
         self.tell_axes(motion, &target);
+        let round = via.is_some();
         let kind = match (&motion.kind, via) {
             (MotionKind::Joint, _) => ExecutedKind::Joint,
             (_, Some(via)) => ExecutedKind::Circular {
@@ -408,6 +411,10 @@ impl Machine<'_> {
         let counts = self.arc.is_some() && !target.by_joints;
         if counts {
             self.look_at_frames(frames);
+            self.look_at_start(frames);
+            if round {
+                self.look_at_via(of_via);
+            }
         }
         let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
         self.look_at_acceleration(motion, speed);
@@ -422,6 +429,11 @@ impl Machine<'_> {
             self.held_here()
         };
         self.here = Some(here);
+        self.came = match (target.by_joints, joint) {
+            (true, _) => Came::Joints,
+            (false, true) => Came::ByJoints((self.at.0, frames)),
+            (false, false) => Came::Along((self.at.0, frames)),
+        };
         self.executed.push(Executed::Motion(ExecutedMotion {
             kind,
             target: target.pose,
@@ -456,6 +468,7 @@ impl Machine<'_> {
     ) -> Result<(), ProgramError> {
         self.close_arcs();
         self.here = None;
+        self.came = Came::Unknown;
         match why {
             Some(Missing::JointPosition(name, why))
                 if motion.kind == MotionKind::Joint && motion.arc.is_none() =>

@@ -357,3 +357,86 @@ fn positions_in_the_robots_own_frame_are_those_in_the_parts() {
         assert_eq!((a.len(), b.len()), (3, 3), "from the first to the last");
     }
 }
+
+/// The lines of a bead whose arc is struck in other frames than it ends in, by dialect.
+fn across() -> Vec<(Program, [&'static str; 2])> {
+    let fanuc = |between: &str| {
+        let position = |n: u32, x: u32, frames: &str| {
+            format!("P[{n}]{{\n GP1:\n {frames}, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n")
+        };
+        let frames = match between {
+            "UFRAME_NUM=2" => "UF : 2, UT : 1",
+            _ => "UF : 1, UT : 2",
+        };
+        let text = format!(
+            "/PROG F\n/MN\n1: UFRAME_NUM=1 ;\n2: UTOOL_NUM=1 ;\n3:L P[1] 20mm/sec FINE Arc Start[1] ;\n4: {between} ;\n5:L P[2] 10mm/sec FINE Arc End[1] ;\n/POS\n{}{}/END\n",
+            position(1, 0, "UF : 1, UT : 1"),
+            position(2, 60, frames)
+        );
+        read(Dialect::FanucLs, &text, None)
+    };
+    let abb = |tool: &str, object: &str| {
+        let target = |x: u32| format!("[[{x},0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+        module(
+            "PERS welddata wd1:=[10,0,[1,6,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];",
+            &format!(
+                "MoveL {},v100,fine,tGun\\WObj:=wA;\nArcLStart {},v20,sm1,wd1,fine,tGun\\WObj:=wA;\nArcLEnd {},v10,sm1,wd1,fine,{tool}\\WObj:={object};",
+                target(0),
+                target(0),
+                target(60)
+            ),
+        )
+    };
+    let job = "/JOB\n//NAME Y\n//POS\n///NPOS 2,0,0,0,0,0\n///USER 1\n///TOOL 1\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0,0,0\nC0=0,0,0,180,0,0\n///USER 2\nC1=60,0,0,180,0,0\n//INST\nNOP\nMOVL C0 V=20.0\nARCON ASF#(1)\nMOVL C1 V=10.0\nARCOF\nEND\n";
+    let script = "def p():\n  set_tcp(p[0,0,0.1,0,0,0])\n  movel(pose_trans(Part, p[0,0,0,0,3.14159265,0]),v=0.02)\n  set_job(1)\n  set_analog_out(0, 6)\n  set_digital_out(0, True)\n  set_tcp(p[0,0,0.2,0,0,0])\n  movel(pose_trans(Part, p[0.06,0,0,0,3.14159265,0]),v=0.01)\n  set_digital_out(0, False)\nend\n";
+    vec![
+        (fanuc("UFRAME_NUM=2"), ["user frame 1 ", "user frame 2 "]),
+        (fanuc("UTOOL_NUM=2"), ["tool frame 1 ", "tool frame 2:"]),
+        (abb("tGun", "wB"), ["user frame wa ", "user frame wb "]),
+        (abb("tOther", "wA"), ["tool frame tgun ", "tool frame tother:"]),
+        (
+            read(Dialect::Inform, job, None),
+            ["user frame 1 ", "user frame 2 "],
+        ),
+        (
+            read(Dialect::UrScript, script, None),
+            ["tool frame 1 ", "tool frame 2:"],
+        ),
+    ]
+}
+
+/// Start and end of such a bead are no two points of one frame.
+#[test]
+fn a_bead_that_begins_in_other_frames_than_it_ends_is_told() {
+    for (program, words) in across() {
+        let gaps = run(&program).gaps;
+        let told: Vec<String> = gaps.iter().map(|g| g.why.to_string()).collect();
+        let across = told.iter().find(|t| t.starts_with("this bead goes from"));
+        let across = across.unwrap_or_else(|| panic!("{:?}: {told:?}", program.dialect));
+        for words in words {
+            assert!(across.contains(words), "{words}: {across}");
+        }
+    }
+}
+
+/// Where both frames are told in numbers the bead is laid between the places as they lie.
+#[test]
+fn a_bead_between_frames_told_in_numbers_is_laid_so() {
+    let data = "PERS wobjdata wA:=[FALSE,TRUE,\"\",[[500,0,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+PERS wobjdata wB:=[FALSE,TRUE,\"\",[[500,0,100],[1,0,0,0]],[[0,7,0],[1,0,0,0]]];
+PERS welddata wd1:=[10,0,[1,6,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];";
+    let target = |x: u32| format!("[[{x},0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let [a, b] = [target(0), target(60)];
+    let lines = format!(
+        "MoveL {a},v100,fine,tGun\\WObj:=wA;\nArcLStart {a},v20,sm1,wd1,fine,tGun\\WObj:=wA;\nArcLEnd {b},v10,sm1,wd1,fine,tGun\\WObj:=wB;"
+    );
+    let reading = run(&module(data, &lines));
+    assert_eq!(reading.gaps, []);
+    let bead = reading
+        .toolpath
+        .passes()
+        .find(|p| p.head.role.deposits())
+        .unwrap();
+    let along = bead.points[1] - bead.points[0];
+    assert!(along.distance(DVec3::new(60.0, 7.0, 0.0)) < 1e-6, "{along}");
+}
