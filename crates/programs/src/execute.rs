@@ -17,6 +17,7 @@ mod moves;
 mod positions;
 mod refusal;
 mod source;
+mod zones;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,6 +28,7 @@ use meltpath_toolpath::Weave;
 
 use expression::Memory;
 use frames::Came;
+use zones::Zone;
 pub use gap::{Gap, Missing, NoPose, Open};
 pub use refusal::{ProgramError, Refusal};
 
@@ -236,6 +238,7 @@ pub(crate) fn execution_order(
         layer: None,
         bead: None,
         arc_points: Vec::new(),
+        zones: Vec::new(),
         executed: Vec::new(),
         told: BTreeMap::new(),
         gaps: Vec::new(),
@@ -251,6 +254,7 @@ pub(crate) fn execution_order(
     machine.run(0, Vec::new())?;
     machine.close_arcs();
     machine.tell_in_frames_of_beads();
+    machine.look_at_zones();
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
     }
@@ -320,6 +324,8 @@ struct Machine<'a> {
     bead: Option<u32>,
     /// Consecutive circle-arc moves whose circle is not known yet: indices into `executed`.
     arc_points: Vec<usize>,
+    /// Moves that are rounded farther than the corner model reaches.
+    zones: Vec<Zone>,
     executed: Vec<Executed>,
     /// What is not executed, by its first word.
     told: BTreeMap<(&'static str, String), Told>,

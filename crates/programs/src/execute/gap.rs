@@ -105,6 +105,11 @@ pub enum Missing {
     /// Corners are rounded, and nobody says what their distance means for the motion.
     #[error("how this controller moves round corners that it rounds is not known")]
     Blend,
+    /// A corner of a bead that is rounded farther than the corner model reaches: from which distance on, and how far it reaches, mm.
+    #[error(
+        "the path is left {0} mm before this corner of a bead, and the corner model of the cell reaches to {1} mm (program.blend): the corner is laid sharper than it is"
+    )]
+    Zone(f64, f64),
     /// A wait of unknown length with the arc on.
     #[error("the arc burns in place for a time that is not known")]
     WaitWithArc,
@@ -224,7 +229,8 @@ impl Missing {
             | Missing::Offset(_)
             | Missing::OnTheWay(_)
             | Missing::Termination(_)
-            | Missing::Blend => Open::Moves,
+            | Missing::Blend
+            | Missing::Zone(..) => Open::Moves,
             Missing::Positioner(_)
             | Missing::ExternalAxes
             | Missing::Coordinated
@@ -299,6 +305,9 @@ impl Missing {
             }
             Missing::Blend => {
                 "tell the distance of full smoothing in the cell file (program.blend), identified with [motion] on this controller"
+            }
+            Missing::Zone(..) => {
+                "let beads leave their corners no farther than program.blend of the cell file, or identify [motion] and program.blend with corners that are rounded so"
             }
             Missing::WaitWithArc => "write the time, or end the arc before the wait",
             Missing::Output(_) => {

@@ -309,7 +309,10 @@ impl Machine<'_> {
                 }
             }
             Termination::Blend(distance) => match self.settings.blend {
-                Some(full) if full > 0.0 => 100.0 * distance / full,
+                Some(full) if full > 0.0 => {
+                    self.round_off(*distance, full);
+                    100.0 * distance / full
+                }
                 _ => {
                     self.gap(Missing::Blend);
                     100.0

@@ -4,6 +4,7 @@
 mod built;
 mod cli_layers;
 mod coordinated;
+mod corners;
 mod daily;
 mod dialects;
 mod flank;
