@@ -116,7 +116,7 @@ table! {
         wire_feed: Speed where up_to(FASTEST) => required;
         /// Meaning of `WELD_SPEED` with it.
         travel_speed: Speed where up_to(FASTEST) => none("not known");
-        /// FANUC: how long the torch stands on the crater where `Arc End` calls the schedule, at its wire feed.
+        /// How long the torch stands on the crater where the arc ends at its wire feed: where a FANUC's `Arc End` calls it, and where other programs leave it to the controller.
         crater_time: Time where within(0.0, 60.0) => none("no time is simulated, and a note tells so");
         /// What the controller is given for it, in the order of `arc_values`.
         values: Vec<f64> => default([], "its number");

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::parsed::{Parsed, Unread};
 use crate::program::{
     ArcLine, ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, MotionInstruction,
-    MotionKind, Position, PositionRef, Program, Speed, Termination,
+    MotionKind, Position, PositionRef, Program, Speed, Termination, Unsaid,
 };
 use crate::scan::tidy;
 use crate::template::ArcLines;
@@ -133,6 +133,17 @@ impl Collected {
         match self.program.instructions.last_mut() {
             Some(Instruction::Motion(motion)) if motion.arc.is_none() => motion.arc = Some(word),
             _ => self.push(Instruction::Arc(word)),
+        }
+    }
+
+    /// What the last instruction does to a bead beside its own words.
+    pub(crate) fn unsaid(&mut self, all: impl IntoIterator<Item = Unsaid>) {
+        let mut all = all.into_iter().peekable();
+        if let (Some(at), true) = (
+            self.program.instructions.len().checked_sub(1),
+            all.peek().is_some(),
+        ) {
+            self.program.unsaid.entry(at).or_default().extend(all);
         }
     }
 

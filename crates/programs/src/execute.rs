@@ -4,7 +4,9 @@
 //! lines are told as [`Gap`]s, and the result is not that of the program. Conditions, choices and loops are followed where the values
 //! that decide are known, and refused where they are not. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
+mod axes;
 mod beside;
+mod class;
 mod crater;
 mod effect;
 mod expression;
@@ -14,6 +16,7 @@ mod gap;
 mod held;
 mod instructions;
 mod moves;
+mod path;
 mod positions;
 mod refusal;
 mod source;
@@ -26,10 +29,10 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
+pub use class::{Becomes, becomes};
 use expression::Memory;
-use frames::Came;
-use zones::Zone;
 pub use gap::{Gap, Missing, NoPose, Open};
+use path::{Came, FramesAt, Zone};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
@@ -232,6 +235,7 @@ pub(crate) fn execution_order(
         here: None,
         bead_frames: None,
         bead_axes: None,
+        axes: None,
         came: Came::Unknown,
         turned: None,
         arc: None,
@@ -291,9 +295,6 @@ fn text_of(program: &Program, at: usize) -> String {
     }
 }
 
-/// Index of a program, with numbers of its user and tool frame.
-type FramesAt = (usize, (u32, u32));
-
 struct Machine<'a> {
     programs: &'a [Program],
     settings: &'a ExecutionSettings,
@@ -314,6 +315,8 @@ struct Machine<'a> {
     bead_frames: Option<([String; 2], FramesAt)>,
     /// External axes of the robot's group at the first bead.
     bead_axes: Option<Vec<f64>>,
+    /// External axes of the robot's group at the last move that tells them.
+    axes: Option<Vec<f64>>,
     /// Where the last move came to.
     came: Came,
     /// Where the positioner stood at the last move.

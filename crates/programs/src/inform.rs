@@ -8,6 +8,7 @@
 mod motion;
 mod parse;
 mod positions;
+mod times;
 mod words;
 mod write;
 

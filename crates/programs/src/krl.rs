@@ -13,6 +13,7 @@ mod entries;
 mod list;
 mod parse;
 mod select;
+mod switched;
 mod tables;
 mod words;
 mod write;

@@ -2,6 +2,7 @@
 //! toolpaths from programs, in the order in which a controller executes them. Files hold mm and degrees; what is executed is in mm, s, rad.
 
 pub mod acceleration;
+mod arc_word;
 pub mod assembly;
 pub mod build;
 pub mod cell;
@@ -41,7 +42,8 @@ pub use build::{
 };
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{
-    ExecutionSettings, Gap, Missing, NoPose, Open, ProgramError, Refusal, WeldSettings,
+    Becomes, ExecutionSettings, Gap, Missing, NoPose, Open, ProgramError, Refusal, WeldSettings,
+    becomes,
 };
 pub use parsed::{ParseError, Parsed, Unread};
 pub use program::{ArcValue, Dialect, Program};

@@ -45,6 +45,11 @@ pub enum ParseError {
         "not a FANUC program: it does not start with /PROG; export the program as text (.ls), not as binary (.tp)"
     )]
     NotAProgram,
+    /// Of no language that is read.
+    #[error(
+        "not a program that is read here: it does not begin with /PROG, and its name ends as none of .ls (FANUC), .src with .dat (KUKA), .mod (ABB), .script (Universal Robots), .JBI (Yaskawa), .pgx with .dtx (Stäubli), .3mf; export the program as text, and keep the ending of its controller"
+    )]
+    Unknown,
     /// No `/END`.
     #[error("the program stops at line {line} without /END: the file is cut off; export it again")]
     CutOff {

@@ -3,12 +3,12 @@
 //! Numbers are as files hold them: mm and degrees, speeds in the unit written.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use meltpath_base::choice;
 use meltpath_toolpath::Weave;
 
 use crate::acceleration::Acceleration;
+pub use crate::arc_word::{ArcAction, ArcLine, ArcStyle, ArcValue, ArcWord, Unsaid};
 use crate::held::Holds;
 use crate::said_frames::SaidFrames;
 
@@ -52,6 +52,8 @@ pub struct Program {
     pub texts: Vec<String>,
     /// Kept lines that have to do with those that switch the arc, by their index.
     pub arc_lines: BTreeMap<usize, ArcLine>,
+    /// What instructions do to beads beside their own words, by their index.
+    pub unsaid: BTreeMap<usize, Vec<Unsaid>>,
     /// Where it says that its frames lie.
     pub said_frames: SaidFrames,
 }
@@ -70,20 +72,10 @@ impl Default for Program {
             lines: Vec::new(),
             texts: Vec::new(),
             arc_lines: BTreeMap::new(),
+            unsaid: BTreeMap::new(),
             said_frames: SaidFrames::default(),
         }
     }
-}
-
-/// A kept line that has to do with those that switch the arc.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArcLine {
-    /// It begins as they do; a line behind it goes on otherwise.
-    Begins,
-    /// It goes on otherwise.
-    Breaks,
-    /// It sets an output that one of them sets.
-    Output,
 }
 
 /// An entry of the header.
@@ -349,83 +341,6 @@ pub enum Termination {
     Blend(f64),
     /// Another word, verbatim.
     Other(String),
-}
-
-/// Arc on or off.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ArcWord {
-    /// On or off.
-    pub action: ArcAction,
-    /// Which words the controller has.
-    pub style: ArcStyle,
-    /// What stands between the brackets: schedule number, or procedure and schedule, or values.
-    pub arguments: String,
-}
-
-/// On or off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArcAction {
-    /// Arc on.
-    Start,
-    /// Arc off.
-    End,
-}
-
-choice! {
-    /// Which words the controller has.
-    pub enum ArcStyle {
-        Arc "arc" => "`Arc Start[1]`.",
-        Weld "weld" => "`Weld Start[1,1]`.",
-    }
-
-    /// What a number in the brackets of an arc word means.
-    pub enum ArcValue {
-        Procedure "procedure" => "A weld procedure.",
-        Schedule "schedule" => "A weld schedule.",
-        MetresPerMinute "wire feed, m/min" => "Wire feed, m/min.",
-        CentimetresPerMinute "wire feed, cm/min" => "Wire feed, cm/min.",
-        MillimetresPerSecond "wire feed, mm/s" => "Wire feed, mm/s.",
-        InchesPerMinute "wire feed, in/min" => "Wire feed, in/min.",
-        Other "other" => "Nothing that shapes metal beyond the wire feed: a voltage, a trim.",
-    }
-}
-
-impl ArcValue {
-    /// The wire feed, mm/s, that one of it is; 0 where it is none.
-    pub(crate) fn feed(self) -> f64 {
-        match self {
-            ArcValue::Procedure | ArcValue::Schedule | ArcValue::Other => 0.0,
-            ArcValue::MetresPerMinute => 1000.0 / 60.0,
-            ArcValue::CentimetresPerMinute => 10.0 / 60.0,
-            ArcValue::MillimetresPerSecond => 1.0,
-            ArcValue::InchesPerMinute => 25.4 / 60.0,
-        }
-    }
-}
-
-impl ArcWord {
-    /// On or off in the controller's usual words.
-    pub(crate) fn new(action: ArcAction, arguments: String) -> Self {
-        ArcWord {
-            action,
-            style: ArcStyle::Arc,
-            arguments,
-        }
-    }
-}
-
-impl fmt::Display for ArcWord {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let style = match self.style {
-            ArcStyle::Arc => "Arc",
-            ArcStyle::Weld => "Weld",
-        };
-        let action = match self.action {
-            ArcAction::Start => "Start",
-            ArcAction::End => "End",
-        };
-        write!(f, "{style} {action}[{}]", self.arguments)
-    }
 }
 
 /// A taught position.

@@ -9,6 +9,7 @@
 mod data;
 mod declared;
 mod parse;
+mod seam;
 mod statements;
 mod words;
 mod write;

@@ -48,6 +48,8 @@ pub struct SaidFrames {
     pub user: BTreeMap<u32, Pose>,
     /// Tools in the flange; in the world where they stand. A KUKA's tool is the part in the flange then.
     pub tool: BTreeMap<u32, Pose>,
+    /// User frames that it declares by name, in small letters, be they used or not: where they lie in the arm's base.
+    pub declared: BTreeMap<String, Pose>,
     /// Declarations of frames that moves use and that are no plain numbers: line and text.
     pub unread: Vec<(u32, String)>,
     /// User frames whose moves are told in another one: its number, and where they lie in it.

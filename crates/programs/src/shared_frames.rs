@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_geometry::Pose;
 
+use crate::held::Holds;
+use crate::krl;
 use crate::program::{Dialect, Instruction, Program, USER_FRAME};
 use crate::said_frames::{Changed, SetFrame, WRITTEN_OUT, Which, written_out};
 use crate::ur_script::BASE;
@@ -171,4 +173,38 @@ pub fn tell_in_part(program: &mut Program, own: u32, name: &str, [part, own_fram
     }
     let shift = part.inverse().then(own_frame);
     program.said_frames.told_in.insert(own, (number, shift));
+}
+
+/// Tells the moves of a program in its user frame that is called `name`, as far as it says in numbers how that and theirs lie: a torch on the robot, and a part that no
+/// machine moves.
+pub fn tell_in_named(program: &mut Program, name: &str) {
+    let holds = program.instructions.iter();
+    let stands = holds.filter_map(|i| match i {
+        Instruction::Holds(holds) => Some(*holds),
+        _ => None,
+    });
+    if stands.into_iter().any(|holds| holds != Holds::Torch) || krl::is_coupled(program) {
+        return;
+    }
+    let listed = program.said_frames.user.iter();
+    let mut listed = listed.filter(|(n, _)| program.frame_names((**n, 0))[0] == name);
+    let (number, part) = match listed.next() {
+        Some((number, pose)) => (*number, *pose),
+        None => match program.said_frames.declared.get(name) {
+            Some(pose) => (OF_PART, *pose),
+            None => return,
+        },
+    };
+    if number == OF_PART {
+        program.said_frames.user.insert(OF_PART, part);
+        program.name_frame(USER_FRAME, OF_PART, name);
+    }
+    let said = &mut program.said_frames;
+    let others = said.user.iter().filter(|(n, _)| **n != number);
+    let told: Vec<(u32, Pose)> = others
+        .map(|(n, pose)| (*n, part.inverse().then(*pose)))
+        .collect();
+    for (other, shift) in told {
+        said.told_in.entry(other).or_insert((number, shift));
+    }
 }

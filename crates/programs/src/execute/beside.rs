@@ -1,9 +1,28 @@
 //! Where the axes stand that are not the arm's: external ones of its own group, and those of further groups.
 
+use meltpath_geometry::Pose;
+
 use super::ExecutionSettings;
 use crate::krl;
 use crate::positioner::Turning;
 use crate::program::{Axis, Coordinates, Dialect, Position, Program};
+
+/// Where a position lies.
+pub(super) struct Place {
+    pub(super) pose: Pose,
+    /// External axes of the robot's group, mm or rad.
+    pub(super) own: Vec<f64>,
+    /// How many of them, from the first on, carry the arm alone.
+    pub(super) slides: usize,
+    /// Axes of further groups, mm or rad.
+    pub(super) further: Vec<f64>,
+    /// The positioner is known, and the pose is that in the part.
+    pub(super) turns: bool,
+    /// It is given by joints: whatever frames are selected.
+    pub(super) by_joints: bool,
+    /// It tells its external axes, be it that it has none.
+    pub(super) tells_axes: bool,
+}
 
 /// Axes beside the arm's joints at a position.
 pub(super) struct Beside {

@@ -1,8 +1,9 @@
-//! What a FANUC program lays in the crater where it ends the arc: the torch stands for a time, with the feed that the word sets.
+//! What a program lays in the crater where it ends the arc: the torch stands for a time, with the feed that the word sets. And what data say of the
+//! begin and the end of a bead beside the words of its moves.
 
 use super::source::Set;
 use super::{Machine, Missing, ProgramError};
-use crate::program::{ArcStyle, ArcWord, Dialect};
+use crate::program::{ArcStyle, ArcWord, Dialect, Unsaid};
 use crate::scan::number;
 
 /// Units of times in the brackets of arc words.
@@ -19,10 +20,10 @@ impl Machine<'_> {
     /// Fills the crater with what an `Arc End` says, while the arc still burns: a time with its unit and values as those of `Arc Start`
     /// (`Arc End[1,7.0,18.5,0.5s]`), or a schedule whose time the cell's table has. A gap where it is not known how much metal that is.
     ///
-    /// Parsers of other dialects tell the time that they know as a wait.
+    /// Parsers of other dialects tell the time that they know as a wait, and what they do not know as [`Unsaid`].
     pub(super) fn fill_crater(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
         if self.programs[self.at.0].dialect != Dialect::FanucLs {
-            return Ok(());
+            return self.fill_unsaid(word);
         }
         let mut values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
         if let Some(at) = values.iter().position(|v| told_time(v).is_some()) {
@@ -47,6 +48,40 @@ impl Machine<'_> {
             Some(None) | None => self.note("crater-not-told", word.to_string()),
         }
         Ok(())
+    }
+
+    /// Fills the crater as far as it is known of an end of the arc whose data the program does not hold: the schedule that burns may have a time.
+    fn fill_unsaid(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
+        for unsaid in self.unsaid() {
+            match unsaid {
+                Unsaid::Crater(ends_by) => {
+                    let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
+                    let set = self.set_by(word.style, &values);
+                    match set.schedule.and_then(|schedule| schedule.crater) {
+                        Some(time) => self.stand_on_crater(word, time, &set)?,
+                        None => self.note("crater-not-told", ends_by),
+                    }
+                }
+                Unsaid::CraterFeed(words) => self.gap(Missing::CraterFeed(words)),
+                Unsaid::Phase(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells what data say of a bead's begin or end that is not simulated.
+    pub(super) fn tell_phases(&mut self) {
+        for unsaid in self.unsaid() {
+            if let Unsaid::Phase(said) = unsaid {
+                self.gap(Missing::Phase(said));
+            }
+        }
+    }
+
+    /// What the instruction that is executed does beside its own words.
+    fn unsaid(&self) -> Vec<Unsaid> {
+        let all = &self.programs[self.at.0].unsaid;
+        all.get(&self.at.1).cloned().unwrap_or_default()
     }
 
     /// Whether the cell's table has the schedule.

@@ -83,6 +83,11 @@ fn logic(text: &str) -> Option<Logic<'_>> {
     })
 }
 
+/// Whether a line is one of logic.
+pub(super) fn is_logic(text: &str) -> bool {
+    logic(text).is_some()
+}
+
 /// `text` before its last word, where that is `word`.
 fn before_last_word<'a>(text: &'a str, word: &str) -> Option<&'a str> {
     let at = text.len().checked_sub(word.len())?;

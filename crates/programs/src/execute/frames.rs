@@ -2,22 +2,10 @@
 
 use meltpath_geometry::Pose;
 
-use super::{Executed, ExecutedKind, ExecutedMotion, FramesAt, Machine, Missing};
+use super::path::{Came, FramesAt};
+use super::{Executed, ExecutedKind, ExecutedMotion, Machine, Missing};
 use crate::held::Holds;
 use crate::program::{Coordinates, Instruction, PositionRef};
-
-/// Where the last move came to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Came {
-    /// It is not known where.
-    Unknown,
-    /// To joints, whatever frames were selected.
-    Joints,
-    /// To a place in these frames, by the joints or along a path.
-    ByJoints(FramesAt),
-    /// See [`Came::ByJoints`].
-    Along(FramesAt),
-}
 
 impl Machine<'_> {
     /// Tells a move of a bead that goes from other frames than it leads to: what lies between is one way only where both are known to be one.
@@ -25,7 +13,7 @@ impl Machine<'_> {
         let now = (self.at.0, frames);
         let (from, by_joints) = match self.came {
             Came::Unknown => return self.gap(Missing::Begins),
-            Came::Joints => return,
+            Came::Joints | Came::Told => return,
             Came::ByJoints(from) => (from, true),
             Came::Along(from) => (from, false),
         };

@@ -90,6 +90,12 @@ pub enum Missing {
     /// An end of the arc of which it is not known how much metal it lays in the crater.
     #[error("how long {0} stands on the crater, or what it feeds there, is not known")]
     Crater(String),
+    /// The arc stands on the crater with values of which it is not known what they feed.
+    #[error("what is fed while the arc stands on the crater ({0}) is not known")]
+    CraterFeed(String),
+    /// What data say of the begin or the end of a bead.
+    #[error("the bead begins or ends otherwise than it is laid here: {0}")]
+    Phase(String),
     /// The arc is switched off where it is off: the program that starts it was not given, or a bead is missing.
     #[error("the arc ends here, but it is off: what was to be laid before is not known")]
     ArcOff,
@@ -211,9 +217,11 @@ impl Missing {
         match self {
             Missing::Schedule(_)
             | Missing::Crater(_)
+            | Missing::CraterFeed(_)
             | Missing::WaitWithArc
             | Missing::Output(_) => Open::Nothing,
             Missing::Profile(_)
+            | Missing::Phase(_)
             | Missing::ArcOff
             | Missing::ArcLeftOn
             | Missing::ArcLines(_)
@@ -293,6 +301,12 @@ impl Missing {
             }
             Missing::Crater(_) => {
                 "list the schedule with its crater_time in the cell file ([[program.schedule]]), or write time and values as arc_values says them (Arc End[1,7.0,18.5,0.5s]); 0.0s fills no crater"
+            }
+            Missing::CraterFeed(_) => {
+                "end the arc with a time alone, at what burns, or without one"
+            }
+            Missing::Phase(_) => {
+                "set it to zero in the data that the weld names, or simulate the program without it"
             }
             Missing::ArcOff | Missing::ArcLeftOn => {
                 "pair each start of the arc with one end, or run the program that calls this one"

@@ -1,14 +1,13 @@
 //! What moves do: where they go, how fast, how they end, with which arc.
 
-use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
-use super::beside::{Beside, turning};
-use super::frames::Came;
+use super::beside::{Beside, Place, turning};
 use super::effect::{
     called_on_the_way, coordinated, first_word, joints_at, leaves_beads, moves_target,
 };
+use super::path::Came;
 use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
     Refusal,
@@ -28,21 +27,6 @@ const TIMES: std::ops::RangeInclusive<f64> = 1e-3..=86_400.0;
 /// Farthest coordinate that is taken for a place, mm.
 const FARTHEST: f64 = 1e6;
 
-/// Where a position lies.
-struct Place {
-    pose: Pose,
-    /// External axes of the robot's group, mm or rad.
-    own: Vec<f64>,
-    /// How many of them, from the first on, carry the arm alone.
-    slides: usize,
-    /// Axes of further groups, mm or rad.
-    further: Vec<f64>,
-    /// The positioner is known, and the pose is that in the part.
-    turns: bool,
-    /// It is given by joints: whatever frames are selected.
-    by_joints: bool,
-}
-
 impl Machine<'_> {
     /// Where a position lies in the selected frames; what is missing where it is not known here.
     fn place(&mut self, reference: &PositionRef) -> Result<Result<Place, Missing>, ProgramError> {
@@ -59,6 +43,7 @@ impl Machine<'_> {
                         further: Vec::new(),
                         turns: false,
                         by_joints: false,
+                        tells_axes: false,
                     });
                     return Ok(place.ok_or_else(|| Missing::Position(text.clone())));
                 }
@@ -116,6 +101,7 @@ impl Machine<'_> {
             further: beside.further,
             turns: beside.carried || beside.angles.is_some(),
             by_joints,
+            tells_axes: true,
         }))
     }
 
@@ -171,7 +157,7 @@ impl Machine<'_> {
                 && taught != selected
             {
                 return Err(self.refuse(Refusal::OtherFrame {
-                    index,
+                    name: program.name_of(index),
                     what,
                     taught,
                     selected,
@@ -188,35 +174,6 @@ impl Machine<'_> {
         };
         let missing = if self.frames.0.is_none() { frame } else { tool };
         self.refuse(Refusal::NoFrame(missing))
-    }
-
-    /// Tells a bead along which axes move of which it is not known how they move the part.
-    fn tell_axes(&mut self, motion: &MotionInstruction, target: &Place) {
-        let word = motion.extra.iter().any(|w| coordinated(w));
-        let still = !target.further.is_empty() && target.further.iter().all(|v| *v == 0.0);
-        let before = self.turned.replace(target.further.clone());
-        if self.arc.is_none() {
-            return;
-        }
-        if target.turns {
-            // without the word each group goes its own way
-            let fanuc = self.programs[self.at.0].dialect == Dialect::FanucLs;
-            if fanuc && !word && before.is_some_and(|b| b != target.further) {
-                self.gap(Missing::Coordinated);
-            }
-            return;
-        }
-        if word && !still {
-            self.gap(Missing::Coordinated);
-        }
-        // positions that do not say their axes say nothing of where they stand
-        let said = target.own.get(target.slides..).unwrap_or_default();
-        if !said.is_empty() {
-            let first = self.bead_axes.get_or_insert_with(|| said.to_vec());
-            if *first != said {
-                self.gap(Missing::ExternalAxes);
-            }
-        }
     }
 
     /// The position that `P[R[2]]` means.
@@ -380,6 +337,7 @@ impl Machine<'_> {
             return Err(self.refuse(Refusal::ArcInJointMove));
         }
         let shift = self.further_words(motion);
+        self.tell_phases();
         let via = match &motion.kind {
             MotionKind::Circular { via } => Some(self.place(via)?),
             _ => None,
@@ -471,11 +429,12 @@ impl Machine<'_> {
     ) -> Result<(), ProgramError> {
         self.close_arcs();
         self.here = None;
-        self.came = Came::Unknown;
+        self.came = Came::Told;
         match why {
             Some(Missing::JointPosition(name, why))
                 if motion.kind == MotionKind::Joint && motion.arc.is_none() =>
             {
+                self.came = Came::Unknown;
                 self.note("joint-position-skipped", format!("{name} {why}"));
                 self.leaves_out(Missing::JointPosition(name, why));
             }

@@ -34,10 +34,10 @@ pub enum Refusal {
     #[error("a move comes before any {0}")]
     NoFrame(&'static str),
     /// A position of another frame.
-    #[error("P[{index}] was taught in {what} {taught}, but {selected} is selected")]
+    #[error("{name} was taught in {what} {taught}, but {selected} is selected")]
     OtherFrame {
-        /// Position.
-        index: u32,
+        /// What its controller calls the position.
+        name: String,
         /// `user frame` or `tool frame`.
         what: &'static str,
         /// The position's.

@@ -3,23 +3,13 @@
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
+use super::path::Zone;
 use super::{Executed, ExecutedKind, ExecutedMotion, Machine, Missing};
 
 /// Programs hold no more digits, mm.
 const DIGIT: f64 = 1e-3;
 /// Where on an arc its direction at an end is looked for, as a share of it.
 const AT_END: f64 = 1e-4;
-
-/// A move that is rounded farther at its end than the model reaches.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Zone {
-    /// The move among those executed.
-    index: usize,
-    /// How far before its end it leaves the path, mm.
-    distance: f64,
-    /// Its program and instruction, from 0.
-    at: (usize, usize),
-}
 
 impl Machine<'_> {
     /// Remembers the move that is executed, where it is rounded farther than a path that is smoothed in full.

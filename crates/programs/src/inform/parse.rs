@@ -2,12 +2,13 @@
 
 use super::motion::{Line, NO_LEVEL, Path, line as motion_line};
 use super::positions::{Entry, Table};
+use super::times::{self, Stands};
 use super::words::InformWords;
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
     ArcAction, ArcWord, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef,
-    Termination,
+    Termination, Unsaid,
 };
 use crate::scan::{duration, strip_prefix, strip_word, word};
 
@@ -117,7 +118,9 @@ impl Reader<'_> {
             && let Some((taken, word)) = words.arc().read(lines, &mut self.arc)
         {
             self.stand();
-            self.out.switch(word);
+            let text = lines.get(..taken).unwrap_or_default().iter();
+            let said = text.filter_map(|line| times::of(line)).last();
+            self.switch(word, said);
             return taken;
         }
         self.statement(line);
@@ -214,7 +217,12 @@ impl Reader<'_> {
             return match instruction {
                 Instruction::Arc(word) => {
                     self.stand();
-                    self.out.switch(word);
+                    let ends = word.action == ArcAction::End;
+                    let said = times::of(line);
+                    let untold = ends && said.is_none();
+                    self.switch(word, said);
+                    self.out
+                        .unsaid(untold.then(|| Unsaid::Crater(line.to_owned())));
                 }
                 other => self.out.push(other),
             };
@@ -225,6 +233,27 @@ impl Reader<'_> {
         }
         let arc = self.words.map(InformWords::arc);
         self.out.keep_beside(arc, line);
+    }
+
+    /// Switches the arc, and stands with it as long as the line says that switches it.
+    fn switch(&mut self, word: ArcWord, said: Option<Stands>) {
+        let Some(Stands { time, valued, text }) = said else {
+            return self.out.switch(word);
+        };
+        match (word.action, valued) {
+            (ArcAction::Start, _) => {
+                self.out.switch(word);
+                self.out.push(Instruction::Wait(time));
+            }
+            (ArcAction::End, false) => {
+                self.out.push(Instruction::Wait(time));
+                self.out.push(Instruction::Arc(word));
+            }
+            (ArcAction::End, true) => {
+                self.out.switch(word);
+                self.out.unsaid([Unsaid::CraterFeed(text)]);
+            }
+        }
     }
 
     fn known(&mut self, line: &str) -> Option<Instruction> {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::motion::NO_LEVEL;
 use super::positions::{Entry, Written};
+use super::times;
 use super::words::InformWords;
 use crate::program::{
     ArcAction, ArcWord, Instruction, MotionInstruction, MotionKind, PositionRef, Program, Speed,
@@ -34,10 +35,13 @@ pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, Wr
         positions: Written::default(),
         burns: false,
         last: None,
+        skip: false,
     };
     for (at, instruction) in program.instructions.iter().enumerate() {
         writer.out.at = at;
-        writer.instruction(instruction)?;
+        if !std::mem::take(&mut writer.skip) {
+            writer.instruction(instruction)?;
+        }
     }
     if writer.burns {
         return Err(writer.out.no_words(GOES_ON));
@@ -66,6 +70,8 @@ struct Writer<'a> {
     places: BTreeMap<u32, Entry>,
     positions: Written,
     burns: bool,
+    /// The next instruction is written already.
+    skip: bool,
     /// Where the last move ended, and whether it was a circle.
     last: Option<(Entry, bool)>,
 }
@@ -94,6 +100,7 @@ impl Writer<'_> {
                 }
             }
             Instruction::Arc(word) => self.arc(word)?,
+            Instruction::Wait(seconds) if self.is_of_end(*seconds) => {}
             Instruction::Wait(seconds) if *seconds > DAY => {
                 return Err(self
                     .out
@@ -146,11 +153,31 @@ impl Writer<'_> {
         let Some(lines) = lines else {
             return Err(self.out.no_words(UNFILLED));
         };
+        let stands = lines.iter().filter_map(|line| times::of(line)).last();
+        if let (true, Some(stands), Some(Instruction::Wait(time))) =
+            (starts, stands, self.out.coming().first())
+        {
+            // as it was read of the line
+            self.skip = same_time(stands.time, *time);
+        }
         for line in lines {
             self.out.line(&line);
         }
         self.burns = starts;
         Ok(())
+    }
+
+    /// Whether a wait is the time that the line says which ends the arc behind it.
+    fn is_of_end(&self, seconds: f64) -> bool {
+        let Some(Instruction::Arc(word)) = self.out.coming().first() else {
+            return false;
+        };
+        if word.action != ArcAction::End {
+            return false;
+        }
+        let lines = self.words.arc().filled(word, self.burns);
+        let mut said = lines.iter().flatten().filter_map(|line| times::of(line));
+        said.any(|stands| !stands.valued && same_time(stands.time, seconds))
     }
 
     fn entry(&self, reference: &PositionRef) -> Result<Entry, WriteError> {
@@ -241,6 +268,11 @@ impl Writer<'_> {
             ))),
         }
     }
+}
+
+/// Whether two times have the same digits in a job, s.
+fn same_time(a: f64, b: f64) -> bool {
+    (a - b).abs() < 5e-3
 }
 
 /// Whether a word of a line is one of the job's positions, such as `C00012`.

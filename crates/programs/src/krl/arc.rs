@@ -21,8 +21,26 @@ pub(super) struct WeldData {
     pub(super) speed: f64,
     /// How the torch swings, where it does; the pattern where it is not known what that is.
     pub(super) weave: Option<Result<Weave, String>>,
-    /// How long the arc stands where it starts and where it ends, s.
-    pub(super) stands: [f64; 2],
+    /// How long the arc stands where it starts, s.
+    pub(super) stands: f64,
+}
+
+/// How the arc ends by a weld data set.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Crater {
+    /// How long it stands, s.
+    pub(super) stands: f64,
+    /// The values of the channels meanwhile, with commas.
+    pub(super) arguments: String,
+}
+
+/// What a weld data set says of the begins and the ends of beads that is not simulated.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Advanced {
+    /// Where the arc starts with it, or goes on with it.
+    pub(super) on: Vec<String>,
+    /// Where the arc ends with it.
+    pub(super) off: Vec<String>,
 }
 
 /// The pattern in which the torch goes straight from side to side.
@@ -130,29 +148,72 @@ pub(super) fn weld_data(
     amplitude: Option<WeaveAmplitude>,
 ) -> Option<WeldData> {
     let all = fields(text)?;
-    let group = |name: &str| match all.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)) {
-        Some((_, Field::Group(inner))) => Some(inner),
-        _ => None,
-    };
+    let group = |name: &str| group_of(&all, name);
     let weld = group("Weld")?;
     let velocity = number_of(weld, "Velocity").filter(|v| (0.0..=FASTEST).contains(v))?;
     let speed = (1e12 * velocity).round() / 1e9;
+    Some(WeldData {
+        arguments: told_channels(weld, values),
+        speed,
+        weave: group("Weave").and_then(|group| weave(group, speed, amplitude)),
+        stands: group("Strike").map_or(0.0, |g| time_of(g, "StartTime")),
+    })
+}
+
+/// The values of a group's channels, with commas.
+fn told_channels(group: &[(String, Field)], values: usize) -> String {
     let mut channels: Vec<f64> = (1..=CHANNELS)
-        .map_while(|i| number_of(weld, &format!("Channel{i}")))
+        .map_while(|i| number_of(group, &format!("Channel{i}")))
         .collect();
     while channels.len() > values.max(1) && channels.last() == Some(&0.0) {
         channels.pop();
     }
-    let arguments: Vec<String> = channels.iter().map(ToString::to_string).collect();
-    Some(WeldData {
-        arguments: arguments.join(","),
-        speed,
-        weave: group("Weave").and_then(|group| weave(group, speed, amplitude)),
-        stands: [("Strike", "StartTime"), ("Crater", "CraterTime")].map(|(of, name)| {
-            let time = group(of).and_then(|g| number_of(g, name));
-            time.filter(|t| (0.0..=LONGEST).contains(t)).unwrap_or(0.0)
-        }),
+    let all: Vec<String> = channels.iter().map(ToString::to_string).collect();
+    all.join(",")
+}
+
+/// A time of a group, s.
+fn time_of(group: &[(String, Field)], name: &str) -> f64 {
+    let time = number_of(group, name);
+    time.filter(|t| (0.0..=LONGEST).contains(t)).unwrap_or(0.0)
+}
+
+/// A group of a declaration.
+fn group_of<'a>(all: &'a [(String, Field)], name: &str) -> Option<&'a Vec<(String, Field)>> {
+    match all.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)) {
+        Some((_, Field::Group(inner))) => Some(inner),
+        _ => None,
+    }
+}
+
+/// The crater part of a declaration; nothing where it has none.
+pub(super) fn crater(text: &str, values: usize) -> Option<Crater> {
+    let all = fields(text)?;
+    let group = group_of(&all, "Crater")?;
+    Some(Crater {
+        stands: time_of(group, "CraterTime"),
+        arguments: told_channels(group, values),
     })
+}
+
+/// What the advanced part of a declaration switches on.
+pub(super) fn advanced(text: &str) -> Advanced {
+    let all = fields(text).unwrap_or_default();
+    let Some(group) = group_of(&all, "Advanced") else {
+        return Advanced::default();
+    };
+    let told = |key: &str| {
+        let value = text_of(group, key).unwrap_or_default();
+        format!("{key} {value}")
+    };
+    let flies = |key: &str| text_of(group, key).is_some_and(|v| v.eq_ignore_ascii_case("TRUE"));
+    let slope = text_of(group, "SlopeOption").is_some_and(|v| !v.eq_ignore_ascii_case("#None"));
+    let slope = slope.then(|| told("SlopeOption"));
+    let [on, off] = ["OnTheFlyActiveOn", "OnTheFlyActiveOff"].map(|key| {
+        let fly = flies(key).then(|| told(key));
+        fly.into_iter().chain(slope.clone()).collect()
+    });
+    Advanced { on, off }
 }
 
 /// What ArcTech does with a move.

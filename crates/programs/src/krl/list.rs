@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::arc::{WeldData, weld_data};
+use super::arc::{Advanced, Crater, WeldData, advanced, crater, weld_data};
 use super::data::{coordinates, fields, number_of, place, text_of};
 use super::entries::{Listed, set};
 use super::words::WeaveAmplitude;
@@ -27,6 +27,9 @@ pub(super) struct List {
     /// Shares of the usual acceleration, %.
     pub(super) accelerations: BTreeMap<String, f64>,
     pub(super) welds: BTreeMap<String, WeldData>,
+    /// How the arc ends by these.
+    pub(super) craters: BTreeMap<String, Crater>,
+    pub(super) advanced: BTreeMap<String, Advanced>,
     /// Entries of the controller's tables of frames that it sets.
     pub(super) entries: Vec<Listed>,
     pub(super) rest: Vec<(u32, String)>,
@@ -98,11 +101,17 @@ fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()
             }
             list.distances.insert(name, number_of(&all, "APO_DIST")?);
         }
-        "STARCDAT_T" => match weld_data(value, values, amplitude) {
-            Some(weld) => drop(list.welds.insert(name, weld)),
-            // the seam's data lay no metal; a strike or a crater alone says no weld
-            None => drop(fields(value)?),
-        },
+        "STARCDAT_T" => {
+            let found = crater(value, values);
+            list.craters
+                .extend(found.map(|crater| (name.clone(), crater)));
+            list.advanced.insert(name.clone(), advanced(value));
+            match weld_data(value, values, amplitude) {
+                Some(weld) => drop(list.welds.insert(name, weld)),
+                // the seam's data lay no metal; a strike or a crater alone says no weld
+                None => drop(fields(value)?),
+            }
+        }
         _ => return None,
     }
     Some(())

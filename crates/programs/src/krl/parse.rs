@@ -15,8 +15,8 @@ use crate::collected::{Collected, scaled};
 use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
-    ArcAction, ArcWord, Coordinates, Dialect, Instruction, MotionInstruction, MotionKind,
-    PositionRef, Section, Speed, Termination,
+    Coordinates, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef, Section, Speed,
+    Termination,
 };
 use crate::said_frames::{SetFrame, Which};
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncommented};
@@ -118,14 +118,16 @@ pub(super) struct Routine<'a> {
     joint_speed: Option<f64>,
     distance: Option<f64>,
     pub(super) frames: (Option<u32>, Option<u32>),
+    /// Base and tool were selected by lines of their own, whatever the data of positions say.
+    pub(super) direct: (bool, bool),
     /// What the robot holds, where a line says it.
     holds: Option<Holds>,
     /// What it holds at each position that is used, at its first use.
     used: BTreeMap<String, Holds>,
     /// What ArcTech does with the next move, and the name of its weld data.
-    form: Option<(Form, String)>,
+    pub(super) form: Option<(Form, String)>,
     /// Weld data that are on.
-    weld: Option<WeldData>,
+    pub(super) weld: Option<WeldData>,
     /// The weave that is on.
     weave: Option<Weave>,
     /// What the lines before say of how quickly moves gain their speed.
@@ -152,6 +154,7 @@ impl Reader<'_> {
                     joint_speed: None,
                     distance: None,
                     frames: (None, None),
+                    direct: (false, false),
                     holds: None,
                     used: BTreeMap::new(),
                     form: None,
@@ -279,11 +282,13 @@ impl Routine<'_> {
                 self.unread(line);
             }
             self.frame(number);
+            self.direct.0 = true;
             return Some(());
         }
         if let Some(value) = assigned(line, "$TOOL") {
             let number = self.selected(Which::Tool, ("TOOL_DATA", value))?;
             self.tool(number);
+            self.direct.1 = true;
             return Some(());
         }
         if let Some(value) = assigned(line, "$IPO_MODE") {
@@ -296,11 +301,13 @@ impl Routine<'_> {
             let (frame, tool) = *list.frames.get(&capital(value))?;
             self.hold(list.holds.get(&capital(value)).copied());
             if let Some(n) = frame {
+                self.direct.0 = false;
                 self.couple(None)?;
                 let n = self.numbered((Which::User, n));
                 self.frame(n);
             }
             if let Some(n) = tool {
+                self.direct.1 = false;
                 let n = self.numbered((Which::Tool, n));
                 self.tool(n);
             }
@@ -338,10 +345,12 @@ impl Routine<'_> {
             "#BASE" => {
                 let n = self.numbered((Which::User, value.parse().ok()?));
                 self.frame(n);
+                self.direct.0 = true;
             }
             "#TOOL" => {
                 let n = self.numbered((Which::Tool, value.parse().ok()?));
                 self.tool(n);
+                self.direct.1 = true;
             }
             _ => return None,
         }
@@ -432,8 +441,11 @@ impl Routine<'_> {
         ));
         // an entry that is set to several places is none that a position keeps to
         let kept = |which, n: Option<u32>| n.filter(|n| !self.tables.is_several((which, *n)));
-        let frames =
-            frames.map(|(base, tool)| (kept(Which::User, *base), kept(Which::Tool, *tool)));
+        let (base, tool) = frames.copied().unwrap_or_default();
+        let frames = (
+            kept(Which::User, base.filter(|_| !self.direct.0)),
+            kept(Which::Tool, tool.filter(|_| !self.direct.1)),
+        );
         let short = name.strip_prefix(['X', 'x']);
         let listed = short.and_then(|_| list.positions.get(&variable).cloned());
         let listed = listed.map(|place| self.in_part(place));
@@ -447,7 +459,6 @@ impl Routine<'_> {
                 key.push('_');
             }
         }
-        let frames = frames.unwrap_or_default();
         let known = self.out.named(&key, frames, || listed);
         Some((
             known.unwrap_or_else(|| PositionRef::Unresolved(name.to_owned())),
@@ -506,23 +517,17 @@ impl Routine<'_> {
             };
             set.map(Speed::path)
         };
-        let (arc, stands) = self.arc(list).unzip();
-        let stands = stands.filter(|s| *s > 0.0).map(Instruction::Wait);
+        let switched = self.arc(list);
         // one that nothing sets is as fast as the weld data of nobody
         let speed = speed.unwrap_or(Speed::Weld);
-        // the arc that ends stands first
-        let (arc, last) = match arc {
-            Some(word) if stands.is_some() && word.action == ArcAction::End => {
-                (None, Some(Instruction::Arc(word)))
-            }
-            arc => (arc, None),
-        };
         self.out.push(Instruction::Motion(MotionInstruction {
-            arc,
+            arc: switched.at_end,
             acceleration: self.acceleration.clone(),
             ..MotionInstruction::plain(kind, target, speed, termination)
         }));
-        for more in stands.into_iter().chain(last) {
+        self.out.unsaid(switched.unsaid);
+        let stands = (switched.stands > 0.0).then_some(Instruction::Wait(switched.stands));
+        for more in stands.into_iter().chain(switched.last) {
             self.out.push(more);
         }
         self.swing();
@@ -537,34 +542,5 @@ impl Routine<'_> {
             self.weave = weave;
             self.out.push(Instruction::Weave(weave));
         }
-    }
-
-    /// What the arc does at the end of the move being read, and how long it stands there, s.
-    fn arc(&mut self, list: &List) -> Option<(ArcWord, f64)> {
-        let (form, name) = self.form.take()?;
-        let before = self.weld.take();
-        if form == Form::Off {
-            let stands = before.as_ref().map_or(0.0, |weld| weld.stands[1]);
-            let on = before.map_or_else(String::new, |weld| weld.arguments);
-            return Some((ArcWord::new(ArcAction::End, on), stands));
-        }
-        let Some(weld) = list.welds.get(&name) else {
-            // the weld goes on with data that nobody gave
-            return Some((ArcWord::new(ArcAction::Start, name), 0.0));
-        };
-        self.weld = Some(weld.clone());
-        if let Some(Err(pattern)) = &weld.weave {
-            self.out.keep(&format!("Weave {pattern}"));
-        }
-        let goes_on = form == Form::Switch && before.is_some_and(|b| b.arguments == weld.arguments);
-        let stands = if form == Form::On {
-            weld.stands[0]
-        } else {
-            0.0
-        };
-        (!goes_on).then(|| {
-            let word = ArcWord::new(ArcAction::Start, weld.arguments.clone());
-            (word, stands)
-        })
     }
 }

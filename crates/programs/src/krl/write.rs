@@ -24,6 +24,8 @@ use crate::written::{
 pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, WriteError> {
     let mut writer = Writer {
         out: Lines::new(program, "")?,
+        words,
+        skip: 0,
         names: program
             .positions
             .iter()
@@ -47,6 +49,10 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
     writer.out.line(&format!("DEF {}( )", program.name));
     for (at, instruction) in program.instructions.iter().enumerate() {
         writer.out.at = at;
+        if writer.skip > 0 {
+            writer.skip -= 1;
+            continue;
+        }
         writer.instruction(instruction)?;
     }
     if writer.arc.is_some() {
@@ -104,8 +110,16 @@ fn held(program: &Program) -> BTreeMap<u32, Holds> {
     held
 }
 
+/// Whether two times have the same digits in a file, s.
+fn same_time(a: f64, b: f64) -> bool {
+    (a - b).abs() < 5e-4
+}
+
 struct Writer<'a> {
     out: Lines<'a>,
+    words: &'a KrlWords,
+    /// Instructions to come that are written already.
+    skip: usize,
     names: BTreeMap<u32, String>,
     /// What the lines before have set.
     velocity: String,
@@ -252,7 +266,26 @@ impl Writer<'_> {
         &mut self,
         motion: &MotionInstruction,
     ) -> Result<(Option<Form>, usize), WriteError> {
-        let word = motion.arc.as_ref();
+        let mut word = motion.arc.as_ref();
+        match self.out.coming() {
+            // ArcTech's own times stand where the arc starts and where it ends
+            [Instruction::Wait(time), ..]
+                if word.is_some_and(|w| w.action == ArcAction::Start)
+                    && self.arc.is_none()
+                    && same_time(*time, self.words.start_time.0) =>
+            {
+                self.skip = 1;
+            }
+            [Instruction::Wait(time), Instruction::Arc(end), ..]
+                if word.is_none()
+                    && end.action == ArcAction::End
+                    && same_time(*time, self.words.crater_time.0) =>
+            {
+                word = Some(end);
+                self.skip = 2;
+            }
+            _ => {}
+        }
         let (form, arguments) = match (self.arc.take(), word.map(|w| w.action)) {
             (None, None) => return Ok((None, 0)),
             (None, Some(ArcAction::End)) => return Err(self.out.no_words(GOES_ON)),
@@ -281,7 +314,7 @@ impl Writer<'_> {
             arguments: arguments.clone(),
             speed,
             weave: self.out.coming_weave(self.weave).map(Ok),
-            stands: [0.0; 2],
+            stands: 0.0,
         };
         let known = self.sets.iter().position(|s| *s == set);
         let index = known.unwrap_or(self.sets.len());

@@ -332,16 +332,60 @@ pub(super) fn weld(value: &Value, values: usize) -> Option<WeldData> {
     let [speed, _, main, ..] = value.list()? else {
         return None;
     };
-    let all: Option<Vec<f64>> = main.list()?.iter().map(Value::number).collect();
+    Some(WeldData {
+        arguments: arc_values(main, values)?,
+        speed: speed.number().filter(|s| *s > 0.0)?,
+    })
+}
+
+/// What a `seamdata` says of the begin and the end of beads.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SeamData {
+    /// How long the arc stands on the crater, s, and the values of the arc meanwhile, with commas.
+    pub(super) fill: (f64, String),
+    /// What it does at the begin that is not simulated: names of its parts and their values.
+    pub(super) begin: Vec<String>,
+}
+
+/// The parts of a `seamdata` that lay metal at the begin of a bead while the torch stands or moves otherwise, by their places.
+const BEGIN: [(usize, &str); 4] = [
+    (3, "ign_move_delay"),
+    (5, "heat_speed"),
+    (6, "heat_time"),
+    (7, "heat_distance"),
+];
+/// How many parts a `seamdata` has, and where its fill time and its fill arc stand.
+const SEAM: (usize, usize, usize) = (16, 10, 11);
+
+/// Seam data; `values` says how many of an arc's values mean something.
+///
+/// Purge, preflow, cooling, burn back, roll back and postflow lay no metal; what an ignition lays is the source's.
+pub(super) fn seam(value: &Value, values: usize) -> Option<SeamData> {
+    let all = value.list().filter(|all| all.len() == SEAM.0)?;
+    let time = all.get(SEAM.1)?.number().filter(|t| *t >= 0.0)?;
+    let arc = arc_values(all.get(SEAM.2)?, values)?;
+    let begin: Option<Vec<(&str, f64)>> = BEGIN
+        .into_iter()
+        .map(|(at, name)| Some((name, all.get(at)?.number()?)))
+        .collect();
+    let begin = begin?.into_iter().filter(|(_, value)| *value != 0.0);
+    Some(SeamData {
+        fill: (time, arc),
+        begin: begin
+            .map(|(name, value)| format!("{name} {value}"))
+            .collect(),
+    })
+}
+
+/// The values of an `arcdata` that mean something, with commas.
+fn arc_values(arc: &Value, values: usize) -> Option<String> {
+    let all: Option<Vec<f64>> = arc.list()?.iter().map(Value::number).collect();
     let mut all = all?;
     while all.len() > values.max(1) && all.last() == Some(&0.0) {
         all.pop();
     }
-    let arguments: Vec<String> = all.iter().map(ToString::to_string).collect();
-    Some(WeldData {
-        arguments: arguments.join(","),
-        speed: speed.number().filter(|s| *s > 0.0)?,
-    })
+    let all: Vec<String> = all.iter().map(ToString::to_string).collect();
+    Some(all.join(","))
 }
 
 /// How long a zigzag is along the path, mm, and how wide to one side, mm.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::data::{self, Lies, WeldData, Zigzag};
+use super::data::{self, Lies, SeamData, WeldData, Zigzag};
 use super::statements::Statement;
 use crate::collected::scaled;
 use crate::held::{Held, Holds};
@@ -20,6 +20,7 @@ pub(super) struct Declared {
     pub(super) speeds: BTreeMap<String, f64>,
     pub(super) zones: BTreeMap<String, f64>,
     pub(super) welds: BTreeMap<String, WeldData>,
+    pub(super) seams: BTreeMap<String, SeamData>,
     pub(super) zigzags: BTreeMap<String, Zigzag>,
     tools: BTreeMap<String, Lies>,
     objects: BTreeMap<String, Lies>,
@@ -42,6 +43,17 @@ impl Declared {
             lies(&self.tools, tool, ("tool0", Held::ByRobot)),
             lies(&self.objects, object, ("wobj0", Held::Standing)),
         ]
+    }
+
+    /// Where the objects lie that the module declares in plain numbers, in the base.
+    pub(super) fn standing(&self) -> BTreeMap<String, Pose> {
+        let stands = self
+            .objects
+            .iter()
+            .filter(|(_, lies)| lies.held == Held::Standing);
+        stands
+            .filter_map(|(name, lies)| Some((name.clone(), lies.at?)))
+            .collect()
     }
 
     /// What the robot holds with a tool and an object; nothing where the module says it of neither. Where it says it of one the other
@@ -85,6 +97,12 @@ pub(super) fn declared(known: &mut Declared, s: &Statement, values: usize) -> Op
         "welddata" => {
             let weld = value.and_then(|v| data::weld(v, values));
             put(&mut known.welds, name, weld)
+        }
+        // it stays, with what it says of the gas
+        "seamdata" => {
+            let seam = value.and_then(|v| data::seam(v, values));
+            put(&mut known.seams, name, seam);
+            None
         }
         // these stay, as their masses and what the module says beside them are the controller's
         "tooldata" => {

@@ -59,6 +59,9 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
     let lines: Vec<&str> = text.lines().collect();
     let done = reader.done.into_iter();
     let mut parsed: Vec<Parsed> = done.map(|r| r.out.finish(&lines)).collect();
+    for routine in &mut parsed {
+        routine.program.said_frames.declared = known.standing();
+    }
     let first = parsed.first_mut().ok_or_else(|| no("PROC"))?;
     if !rest.is_empty() {
         first.program.sections.push(Section {
@@ -69,7 +72,7 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
     Ok(parsed)
 }
 
-struct Routine {
+pub(super) struct Routine {
     out: Collected,
     /// Tools and work objects by their number.
     tools: Vec<String>,
@@ -78,6 +81,8 @@ struct Routine {
     used: BTreeMap<String, (Option<u32>, Option<u32>)>,
     /// What is laid with while the arc burns.
     arc: Option<String>,
+    /// The seam data that the arc was struck with.
+    pub(super) seam: Option<String>,
     /// The weave that is on.
     weave: Option<Weave>,
     /// Configurations count.
@@ -111,6 +116,7 @@ impl Reader {
                     objects: Vec::new(),
                     used: BTreeMap::new(),
                     arc: None,
+                    seam: None,
                     weave: None,
                     monitored: true,
                     holds: None,
@@ -165,7 +171,7 @@ fn switch<'a>(all: &[&'a str], name: &str) -> Option<&'a str> {
 
 /// What the arc does at a move.
 #[derive(Clone, Copy, PartialEq)]
-enum Stage {
+pub(super) enum Stage {
     Start,
     Goes,
     End,
@@ -424,6 +430,30 @@ impl Routine {
             Some(_) => Termination::Fine,
             None => Termination::Other(zone.to_owned()),
         };
+        self.name_seam(seam);
+        if stage.is_some() {
+            let swings = self.woven(&told, laid.as_ref().map(|weld| weld.speed), known);
+            if stage != Some(Stage::Start) {
+                self.swing(swings);
+            }
+        }
+        let arc = self.arc(stage, laid);
+        let phases = self.phases((stage, seam), arc, known);
+        self.out.push(Instruction::Motion(MotionInstruction {
+            arc: phases.at_end,
+            extra,
+            ..MotionInstruction::plain(kind, target, speed, termination)
+        }));
+        self.out.unsaid(phases.unsaid);
+        phases.more.into_iter().for_each(|more| self.out.push(more));
+        if stage == Some(Stage::End) {
+            self.swing(None);
+        }
+        Some(())
+    }
+
+    /// The first seam data are those of the program.
+    fn name_seam(&mut self, seam: Option<&str>) {
         if let Some(seam) = seam
             && self.out.program.attribute("SEAM").is_none()
         {
@@ -432,22 +462,6 @@ impl Routine {
                 value: seam.to_owned(),
             });
         }
-        if stage.is_some() {
-            let swings = self.woven(&told, laid.as_ref().map(|weld| weld.speed), known);
-            if stage != Some(Stage::Start) {
-                self.swing(swings);
-            }
-        }
-        let arc = self.arc(stage, laid);
-        self.out.push(Instruction::Motion(MotionInstruction {
-            arc,
-            extra,
-            ..MotionInstruction::plain(kind, target, speed, termination)
-        }));
-        if stage == Some(Stage::End) {
-            self.swing(None);
-        }
-        Some(())
     }
 
     /// The weave of a move that lays metal at a speed, mm/s; what is not known of its path is kept.

@@ -16,6 +16,9 @@ use crate::scan::{self, called, duration, finite, first_word, routine_name, stri
 /// Speed of a move along a path that says none, m/s: that of the script manual.
 const USUAL_SPEED: f64 = 0.25;
 
+/// What a `movep` does beside going straight: how it does so is the controller's.
+const PROCESS: &str = "movep, which keeps its speed round corners,";
+
 /// Reads the functions of a script, the last one first, which is what runs; `words` say what switches the arc.
 ///
 /// # Errors
@@ -178,10 +181,6 @@ impl Reader<'_> {
         }
         for (name, process) in [("movel", false), ("movep", true)] {
             if let Some(all) = called(line, name) {
-                // movep keeps its speed round corners: how is the controller's
-                if process {
-                    return None;
-                }
                 let rest = all.get(1..)?;
                 // a time in place of a speed
                 if !matches!(said(rest, "t", 2), Said::No | Said::Number(0.0)) {
@@ -191,6 +190,9 @@ impl Reader<'_> {
                 let target = self.target(all.first()?);
                 self.path(MotionKind::Linear, target, speed, &radius);
                 self.accelerates(rest);
+                if let Some(motion) = self.out.last_move().filter(|_| process) {
+                    motion.extra.push(PROCESS.to_owned());
+                }
                 return Some(());
             }
         }

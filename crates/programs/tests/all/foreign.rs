@@ -137,6 +137,8 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
             (11, Missing::Schedule("Weld Start[1,2]".into())),
             (12, Missing::Weave),
             (13, Missing::Word("ACC80".into())),
+            // the position before says nothing of the axis, this one that it stands at 250 mm
+            (13, Missing::ExternalAxes),
             (18, Missing::Speed("WELD_SPEED".into())),
             (19, Missing::Call("TORCH_CLEAN".into())),
         ]
@@ -150,7 +152,7 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
     };
     settings.schedules.insert((Some(1), 2), set);
     let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();
-    assert_eq!(left, [10, 12, 13]);
+    assert_eq!(left, [10, 12, 13, 13]);
 
     let executed = read(program, &settings, &reporter).unwrap();
     let moves = motions(&executed);
@@ -262,7 +264,7 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
     assert_eq!(
         refuse(&["UFRAME_NUM=2", go]),
         Refusal::OtherFrame {
-            index: 1,
+            name: "P[1]".to_owned(),
             what: "user frame",
             taught: 1,
             selected: 2

@@ -362,7 +362,9 @@ fn positions_in_the_robots_own_frame_are_those_in_the_parts() {
 fn across() -> Vec<(Program, [&'static str; 2])> {
     let fanuc = |between: &str| {
         let position = |n: u32, x: u32, frames: &str| {
-            format!("P[{n}]{{\n GP1:\n {frames}, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n")
+            format!(
+                "P[{n}]{{\n GP1:\n {frames}, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n"
+            )
         };
         let frames = match between {
             "UFRAME_NUM=2" => "UF : 2, UT : 1",
@@ -393,7 +395,10 @@ fn across() -> Vec<(Program, [&'static str; 2])> {
         (fanuc("UFRAME_NUM=2"), ["user frame 1 ", "user frame 2 "]),
         (fanuc("UTOOL_NUM=2"), ["tool frame 1 ", "tool frame 2:"]),
         (abb("tGun", "wB"), ["user frame wa ", "user frame wb "]),
-        (abb("tOther", "wA"), ["tool frame tgun ", "tool frame tother:"]),
+        (
+            abb("tOther", "wA"),
+            ["tool frame tgun ", "tool frame tother:"],
+        ),
         (
             read(Dialect::Inform, job, None),
             ["user frame 1 ", "user frame 2 "],

@@ -13,6 +13,7 @@ mod frames;
 mod held;
 mod logic;
 mod others;
+mod phases;
 mod silence;
 mod source;
 mod told;

@@ -166,6 +166,7 @@ fn a_script_of_another_is_read() {
         [
             (true, Some(10.0), Some(133.0), 150.0),
             (true, Some(12.0), Some(133.0), 200.0),
+            (true, Some(10.0), Some(133.0), 200.0),
             (false, Some(100.0), None, 200.0),
         ]
     );
