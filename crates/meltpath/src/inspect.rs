@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_data::{find, robots};
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::Dialect;
 use meltpath_programs::toolpath_3mf::{Reader, ToolpathFileError};
+use meltpath_programs::{Becomes, Dialect, becomes};
 
 use crate::cancel::cancellable;
 use crate::data::{Cell, DataFileError, DataText};
@@ -159,11 +159,12 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
             p.positions.len()
         ));
         lines.extend(parsed.unread.iter().map(|u| {
-            format!(
-                "line {} is kept but not simulated: {}",
-                u.line,
-                u.text.trim()
-            )
+            let what = match becomes(p.dialect, u.text.trim()) {
+                Becomes::Executed => "is executed as far as its values are known",
+                Becomes::Passed => "lays no metal",
+                Becomes::Told => "is kept but not simulated",
+            };
+            format!("line {} {what}: {}", u.line, u.text.trim())
         }));
     }
     Ok(lines)

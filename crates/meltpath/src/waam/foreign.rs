@@ -194,6 +194,7 @@ fn of_program(
 ) -> Result<Executed, WaamError> {
     let (mut parsed, files) = files::read(main, &settings.cell.program, reporter)?;
     own_frame::settle(&mut parsed, settings, reporter);
+    own_frame::tell_in_cells(&mut parsed, settings);
     let mut commands = program::commands(&parsed, &[], settings, reporter)?;
     let plate = settings.plate_height.unwrap_or(0.0);
     let axes = axes_elsewhere(

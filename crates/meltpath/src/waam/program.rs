@@ -111,6 +111,11 @@ pub enum ProgramStageError {
     /// The program never burns the arc.
     #[error("the program {} never starts the arc: there is no metal to predict", .0)]
     NoArc(String),
+    /// The program burns the arc where it stands, and nowhere else.
+    #[error(
+        "the program {} starts the arc and moves nowhere with it: what an arc lays that only stands is not simulated", .0
+    )]
+    NoMove(String),
     /// No move of a bead is known here.
     #[error(
         "the program {name} lays no bead that is known here, first at {}, line {}, \"{}\": {}; {}",
@@ -439,7 +444,8 @@ pub fn commands(
     let arc_length = toolpath.deposited_length();
     let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
     let Some(start) = start.filter(|_| arc_length > 0.0) else {
-        return Err(no_bead(programs, reading.gaps));
+        let stands = toolpath.passes().any(|p| p.head.role.deposits());
+        return Err(no_bead(programs, (stands, reading.gaps)));
     };
     let count = reading.controls.len();
     let mut commands: Vec<Command> = Vec::with_capacity(count);
@@ -513,9 +519,10 @@ fn external(toolpath: &Toolpath, settings: &Settings) -> Option<Axes> {
     })
 }
 
-/// Whether an external axis moves beside the first `slides` ones, which carry the arm.
+/// Whether an external axis moves along beads or between them, beside the first `slides` ones, which carry the arm.
 fn turns(toolpath: &Toolpath, slides: usize) -> bool {
-    let points = toolpath.passes().flat_map(|p| {
+    let beads = toolpath.passes().filter(|p| p.head.role.deposits());
+    let points = beads.flat_map(|p| {
         (0..p.points.len()).map(move |i| p.external(i).skip(slides).collect::<Vec<_>>())
     });
     let mut said = points.filter(|axes| axes.iter().any(Option::is_some));
@@ -561,7 +568,7 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
 }
 
 /// Why programs lay no metal.
-fn no_bead(programs: &[Program], gaps: Vec<Gap>) -> ProgramStageError {
+fn no_bead(programs: &[Program], (stands, gaps): (bool, Vec<Gap>)) -> ProgramStageError {
     let name = programs
         .first()
         .map_or_else(String::new, |p| p.name.clone());
@@ -570,6 +577,7 @@ fn no_bead(programs: &[Program], gaps: Vec<Gap>) -> ProgramStageError {
             name,
             gap: Box::new(gap),
         },
+        None if stands => ProgramStageError::NoMove(name),
         None => ProgramStageError::NoArc(name),
     }
 }

@@ -75,6 +75,18 @@ fn a_plan_whose_arc_stands_is_in_doubt() {
             "\"doArc=true\"]",
             "\"doArc=true\", \"delay(0.5)\"]",
         ),
+        (
+            "kuka-krl",
+            "kuka-kr16-r2010-2",
+            "job_mode = \"CMT\"",
+            "job_mode = \"CMT\"\nstart_time = \"0.5 s\"",
+        ),
+        (
+            "yaskawa-inform",
+            "yaskawa-ar2010",
+            "zones = [",
+            "arc_start = [\"ARCON AC={1} AVP={2} T=0.50\"]\nzones = [",
+        ),
     ] {
         let dir = tempfile::tempdir().unwrap();
         let (home, job) = job_for(dir.path(), dialect, robot);

@@ -20,6 +20,7 @@ mod flat;
 mod focus;
 mod foreign;
 mod foretold;
+mod frames_of_cells;
 mod free_axes;
 mod grown;
 mod health;

@@ -8,7 +8,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_programs::frame_text::shown;
 use meltpath_programs::held::Holds;
 use meltpath_programs::program::Coordinates;
-use meltpath_programs::shared_frames::{is_own, own_frames, tell_in_part};
+use meltpath_programs::shared_frames::{is_own, own_frames, tell_in_named, tell_in_part};
 use meltpath_programs::{Dialect, Program};
 use meltpath_robot::cell::{Cell, Maker};
 
@@ -52,6 +52,16 @@ pub(in crate::waam) fn settle(programs: &mut [Program], settings: &Settings, rep
     }
     if let Some((dialect, own)) = told {
         note(dialect, [own, part], reporter);
+    }
+}
+
+/// Tells the moves of programs in the frame that the cell file calls the part's, as far as they say in numbers how theirs lie to it: the part lies there, in
+/// whichever frame the first bead is.
+pub(in crate::waam) fn tell_in_cells(programs: &mut [Program], settings: &Settings) {
+    for program in programs {
+        if let Some(name) = name(program, settings) {
+            tell_in_named(program, &name);
+        }
     }
 }
 

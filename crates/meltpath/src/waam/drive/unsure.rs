@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use meltpath_base::{Check, Reporter, Status};
+use meltpath_programs::frame_text::shown;
 use meltpath_programs::program::{Coordinates, Group, Instruction, Position, PositionRef};
 use meltpath_programs::{Dialect, Gap, Open, Program, Reading};
 use meltpath_toolpath::Move;
@@ -117,6 +118,9 @@ pub(in crate::waam) fn of(
     if let Some(numbers) = &numbers {
         reporter.warn("other-frames", &numbers.reason, &numbers.remedy);
     }
+    if let Some((reason, remedy)) = bead.and_then(|bead| of_part(read, bead, settings)) {
+        reporter.warn("part-frame", reason, remedy);
+    }
     let mut all: Vec<Unsure> = numbers.into_iter().collect();
     all.extend(own);
     all.extend(bead.and_then(|bead| of_travels(read, &counting, bead)));
@@ -182,28 +186,57 @@ fn numbered(dialect: Dialect) -> bool {
     matches!(dialect, Dialect::FanucLs | Dialect::Krl | Dialect::Inform)
 }
 
+/// Beads in a frame that the program tells in numbers, where the cell file calls the part's otherwise and no robot's file says where it lies: what is noted, and
+/// what to do.
+fn of_part(read: &Read<'_>, bead: At, settings: &Settings) -> Option<(String, String)> {
+    let program = bead.program(read)?;
+    let there = program.said_frames.user.get(&bead.frames.0)?;
+    let ([own, _], [key, _]) = frames_of_cell(program.dialect, settings)?;
+    let [name, _] = bead.names(read)?;
+    (settings.robot.is_none() && name != own).then(|| {
+        (
+            format!(
+                "beads are in user frame {name}, at {} ({}), and the cell file's is {own}: the part is taken to lie in the frame of the beads",
+                shown(program.dialect, there),
+                bead.told(read)
+            ),
+            format!("tell in the program where {own} lies, or write the frame of the part into the cell file: {key}"),
+        )
+    })
+}
+
+/// What the cell file calls user frame and tool of beads in a dialect, and by which keys.
+fn frames_of_cell(
+    dialect: Dialect,
+    settings: &Settings,
+) -> Option<([String; 2], [&'static str; 2])> {
+    let cell = &settings.cell.program;
+    match dialect {
+        dialect if numbered(dialect) => Some((
+            [cell.user_frame.to_string(), cell.tool_frame.to_string()],
+            ["program.user_frame", "program.tool_frame"],
+        )),
+        Dialect::Rapid => {
+            let words = cell.rapid.as_ref()?;
+            Some((
+                [words.work_object.to_lowercase(), words.tool.to_lowercase()],
+                ["program.rapid.work_object", "program.rapid.tool"],
+            ))
+        }
+        _ => None,
+    }
+}
+
 /// Beads in frames that are not the cell file's: the robot's file tells where those lie.
 fn of_numbers(read: &Read<'_>, bead: At, settings: &Settings) -> Option<Unsure> {
     let program = bead.program(read)?;
     let said = &program.said_frames;
-    let cell = &settings.cell.program;
     let names = bead.names(read)?;
-    let own = match program.dialect {
-        dialect if numbered(dialect) => [cell.user_frame.to_string(), cell.tool_frame.to_string()],
-        Dialect::Rapid => {
-            let words = cell.rapid.as_ref()?;
-            [words.work_object.to_lowercase(), words.tool.to_lowercase()]
-        }
-        _ => return None,
-    };
+    let (own, keys) = frames_of_cell(program.dialect, settings)?;
     let known = [
         said.user.contains_key(&bead.frames.0),
         said.tool.contains_key(&bead.frames.1),
     ];
-    let keys = match program.dialect {
-        Dialect::Rapid => ["program.rapid.work_object", "program.rapid.tool"],
-        _ => ["program.user_frame", "program.tool_frame"],
-    };
     let what = ["user frame", "tool frame"];
     let differs = |i: &usize| !known[*i] && names[*i] != own[*i];
     let differ: Vec<usize> = (0..2).filter(differs).collect();

@@ -149,7 +149,12 @@ pub(in crate::waam) fn of_standing(settings: &Settings) -> Option<Doubt> {
 /// How long lines of an arc wait, s.
 fn waits(lines: &[String]) -> f64 {
     let of = |line: &String| {
-        let rest = ["sleep(", "delay(", "TIMER T="]
+        // a Yaskawa's arc has times of its own; an output that pulses makes nothing wait
+        let of_arc = ["ARCON ", "ARCOF "]
+            .iter()
+            .any(|word| line.starts_with(word));
+        let own = if of_arc { " T=" } else { "TIMER T=" };
+        let rest = ["sleep(", "delay(", own]
             .iter()
             .find_map(|word| line.split_once(word).map(|(_, rest)| rest))?;
         let number = rest

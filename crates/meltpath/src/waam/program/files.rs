@@ -104,7 +104,13 @@ pub(crate) fn parse_file(
             }
         }
     }
-    dialect::read(dialect, &open(path)?, data.as_deref(), cell).map_err(refused)
+    let known = dialect_of(path).is_some();
+    dialect::read(dialect, &open(path)?, data.as_deref(), cell).map_err(|error| {
+        refused(match error {
+            ParseError::NotAProgram if !known => ParseError::Unknown,
+            error => error,
+        })
+    })
 }
 
 /// Reads a main program and the programs that it calls, to any depth, which lie beside it; with their files.
