@@ -91,7 +91,7 @@ fn files_and_lines_are_told_as_what_they_are() {
     assert!(told.contains("KUKA") && told.contains(".JBI"), "{told}");
     let position = "P[1]{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = 0 mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n};\n";
     let text = format!(
-        "/PROG P\n/MN\n1: UFRAME_NUM=1 ;\n2: UTOOL_NUM=1 ;\n3:L P[1] 10mm/sec FINE ;\n4: Arc Start[1] ;\n5: WAIT 2.00(sec) ;\n6: Arc End[1] ;\n/POS\n{position}/END\n"
+        "/PROG P\n/MN\n1: UFRAME_NUM=1 ;\n2: UTOOL_NUM=1 ;\n3:L P[1] 10mm/sec FINE ;\n4: !Schedule 1 WFS 8.00 m/min ;\n5: Arc Start[1] ;\n6: WAIT 2.00(sec) ;\n7: Arc End[1] ;\n/POS\n{position}/END\n"
     );
     let told = refused("stands.ls", &text);
     assert!(
