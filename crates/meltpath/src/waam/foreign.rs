@@ -87,7 +87,7 @@ pub fn simulate_program(
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
     let own = match (&loaded, &part) {
-        (Some(loaded), Some(part)) => own_plan(loaded, part, &commands, observer)?,
+        (Some(loaded), Some(part)) => own_plan(loaded, part, &commands, (&reporter, observer))?,
         _ => None,
     };
     let settings = own.as_ref().map_or(settings, |own| &own.settings);
@@ -104,7 +104,8 @@ pub fn simulate_program(
         _ => foreign_checks(&laid, part.as_ref(), settings, (&reporter, observer))?,
     };
     decide(&mut checks, (job, &parsed), &commands, settings);
-    if own.is_none() && job.is_some() {
+    // of a plan of the job's own too: what is laid is what the program says
+    if job.is_some() {
         checks.extend(range_check(programmed(&commands, settings), settings));
     }
     checks.push(doubt::lines_check(&commands.gaps, &reporter));

@@ -15,6 +15,7 @@ mod delivered;
 mod dialects;
 mod divided_beads;
 mod ebm;
+mod edited;
 mod fit;
 mod flat;
 mod focus;

@@ -10,9 +10,7 @@ use crate::waam::deposit::simulate::Simulation;
 use crate::waam::deposit::target::{Allowance, Target, compare};
 use crate::waam::deposit::tube;
 use crate::waam::error::WaamError;
-use crate::waam::judge::checks::{
-    borrowed_check, heat_check, overhang_check, planned, plate_check, range_check,
-};
+use crate::waam::judge::checks::{borrowed_check, heat_check, overhang_check, plate_check};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::{
     GrowthError, LayerOutcome, TargetOutcome, TubePlace, layer_checks, target_checks,
@@ -44,7 +42,7 @@ impl<'a> Laid<'a> {
     }
 }
 
-/// The checks of a plan and of its metal.
+/// The checks of a plan and of its metal, but for the settings that beads are laid at.
 pub(in crate::waam) fn checks(
     laid: &Laid<'_>,
     (part, plan): (&Part, &Plan),
@@ -78,7 +76,6 @@ pub(in crate::waam) fn checks(
     grown::name(&mut checks, laid.layers, settings);
     checks.extend(tube::travels(laid.passed, &growth));
     doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
-    checks.extend(range_check(planned(&plan.toolpath), settings));
     checks.extend(borrowed_check(settings));
     checks.push(heat_check());
     checks.push(overhang_check(plan, settings));

@@ -9,6 +9,7 @@ use crate::stages::part::Part;
 use crate::waam::deposit::metal::{self, Laid};
 use crate::waam::deposit::simulate::{Build, Simulation, simulate};
 use crate::waam::error::WaamError;
+use crate::waam::judge::checks::{planned as stretches, range_check};
 use crate::waam::plan::PlanStageError;
 use crate::waam::plan::planned::Planned;
 use crate::waam::settings::Settings;
@@ -36,7 +37,8 @@ pub(in crate::waam) fn build(
     let simulation = simulate(build, reporter, observer)?;
     observer.stage("compare with the part", 0);
     let laid = Laid::of(&simulation);
-    let checks = metal::checks(&laid, (part, plan), settings, (reporter, observer))?;
+    let mut checks = metal::checks(&laid, (part, plan), settings, (reporter, observer))?;
+    checks.extend(range_check(stretches(&plan.toolpath), settings));
     Ok(Built { simulation, checks })
 }
 

@@ -1,8 +1,10 @@
-//! Whether a program is that of a plan of its job: it is judged as that plan then, with what the plan chose of what the job leaves open.
+//! Whether a program is that of a plan of its job: it is judged as that plan then, with what the plan chose of what the job leaves open. One that
+//! begins as such a plan and goes on otherwise is told where it does.
 
-use meltpath_base::{Fact, Observer, Quiet, Reporter};
+use meltpath_base::{Fact, Observer, Place, Quiet, Reporter};
+use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_robot::command::{Smoothing, Source};
+use meltpath_robot::command::{Command, Kind, Source};
 
 use crate::stages::part::Part;
 use crate::waam::drive::division;
@@ -14,11 +16,17 @@ use crate::waam::plan::planned::read_back;
 use crate::waam::plan::{self, Plan};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
+use crate::waam::settings::bead::PER_MINUTE;
 
 /// Lengths laid that differ by less, in relation, may be those of one plan.
 const SAME_LENGTH: f64 = 1e-3;
 /// How far ends of moves may lie apart, mm: the digits of programs of different controllers.
 const SAME_PLACE: f64 = 0.02;
+/// By how much wire feeds and travel speeds may differ, in relation: these digits too. A bead 1 % larger is far within what a process map
+/// knows.
+const SAME_SETTING: f64 = 0.01;
+/// Waits with the arc on that differ by less are the same, s.
+const SAME_WAIT: f64 = 0.01;
 
 /// The plan that a program was written from.
 pub(in crate::waam) struct Own {
@@ -29,7 +37,8 @@ pub(in crate::waam) struct Own {
     pub(in crate::waam) told: Vec<Fact>,
 }
 
-/// The plan of the job whose beads `commands` lay, all of them; `None` where they are of other software, or edited.
+/// The plan of the job whose beads `commands` lay, all of them, at its wire feeds and travel speeds; `None` where they are of other software, or
+/// edited. Where they begin as a plan of the job does, `reporter` is told the first that is otherwise.
 ///
 /// # Errors
 /// [`WaamError`] when cancelled.
@@ -37,7 +46,7 @@ pub(in crate::waam) fn own_plan(
     loaded: &Loaded,
     part: &Part,
     commands: &Commands,
-    observer: &dyn Observer,
+    (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<Option<Own>, WaamError> {
     if loaded.settings.surface.is_some() {
         return Ok(None);
@@ -45,13 +54,14 @@ pub(in crate::waam) fn own_plan(
     observer.stage("look for the plan of the program", 0);
     // what is to be told of the job was told when it was read
     let (silent, quiet) = (Reporter::new(), Quiet(observer));
+    let mut nearest: Option<Difference> = None;
     for (settings, words) in ways(loaded) {
         observer.check()?;
         let Ok(mut plan) = plan::plan(part, &settings, &silent, &quiet) else {
             continue;
         };
         let (long, laid) = (plan.toolpath.deposited_length(), commands.arc_length);
-        if (long - laid).abs() > SAME_LENGTH * long {
+        if (long - laid).abs() > SAME_LENGTH * long && !begins_as(&plan, commands) {
             continue;
         }
         let read = read_back(
@@ -63,7 +73,7 @@ pub(in crate::waam) fn own_plan(
         let Ok((_, planned)) = read else {
             continue;
         };
-        if same_beads(&planned, commands) {
+        let Some(difference) = first_difference(&planned, commands, settings.feed_factor()) else {
             let title = "chosen by the plan that the program was written from";
             let chosen = words.map(|words| Fact::words("chosen", title, &words));
             return Ok(Some(Own {
@@ -74,24 +84,172 @@ pub(in crate::waam) fn own_plan(
                     .chain(division::fact(&planned.divided))
                     .collect(),
             }));
+        };
+        if nearest.as_ref().is_none_or(|n| difference.same > n.same) {
+            nearest = Some(difference);
         }
+    }
+    // one that has no bead of a plan is of other software
+    if let Some(difference) = nearest.filter(|d| d.same > 0 || d.setting) {
+        difference.tell(commands, reporter);
     }
     Ok(None)
 }
 
-fn same_beads(a: &Commands, b: &Commands) -> bool {
-    let (a, b) = (welded(a), welded(b));
-    let same = |(p, q): (&(DVec3, Smoothing), &(DVec3, Smoothing))| {
-        p.0.distance(q.0) <= SAME_PLACE && p.1 == q.1
-    };
-    a.len() == b.len() && a.iter().zip(&b).all(same)
+/// Whether the first bead of a program begins where that of a plan does.
+fn begins_as(plan: &Plan, commands: &Commands) -> bool {
+    let first = plan.toolpath.passes().find(|p| p.head.role.deposits());
+    let planned = first.and_then(|p| p.points.first().copied());
+    let laid = welded(commands).next().map(|w| w.from);
+    matches!((planned, laid), (Some(a), Some(b)) if a.distance(b) <= SAME_PLACE)
 }
 
-/// Where the moves with the arc on end, and how.
-fn welded(commands: &Commands) -> Vec<(DVec3, Smoothing)> {
-    let moves = commands.commands.iter();
-    moves
-        .filter(|c| matches!(c.source, Source::On { .. }))
-        .map(|c| (c.target, c.smoothing))
-        .collect()
+/// A move or a wait with the arc on.
+struct Welded<'a> {
+    from: DVec3,
+    wire_feed: f64,
+    command: &'a Command,
+}
+
+fn welded(commands: &Commands) -> impl Iterator<Item = Welded<'_>> {
+    let ends = commands.commands.iter().map(|c| c.target);
+    let starts = std::iter::once(commands.start.position).chain(ends);
+    let moves = commands.commands.iter().zip(starts);
+    moves.filter_map(|(command, from)| match command.source {
+        Source::On { wire_feed } => Some(Welded {
+            from,
+            wire_feed,
+            command,
+        }),
+        Source::Off => None,
+    })
+}
+
+/// What of a program is first otherwise than in a plan.
+struct Difference {
+    /// Moves with the arc on before it.
+    same: usize,
+    /// The command of the program; none where it ends before the plan does.
+    command: Option<u32>,
+    /// Whether it is a wire feed or a speed, of a move that is where the plan has it.
+    setting: bool,
+    words: String,
+}
+
+impl Difference {
+    fn tell(&self, commands: &Commands, reporter: &Reporter) {
+        let of = |id: u32| commands.commands.get(id as usize);
+        let place = self.command.and_then(|id| {
+            let line = commands.line_of_command.get(id as usize);
+            let place = commands.place(id, of(id)?.target);
+            Some(Place {
+                line: line.map(|(_, line)| *line),
+                ..place
+            })
+        });
+        let place = place.unwrap_or_default();
+        let before = match self.same {
+            0 => String::new(),
+            n => format!(" after {n} moves with the arc on"),
+        };
+        let line = place
+            .line
+            .map_or_else(String::new, |l| format!(", line {l}"));
+        reporter.warn_at(
+            "edited",
+            format!(
+                "the program begins as a plan of this job does, and first differs from it{before}: {}{line}. It is judged as one of other software",
+                self.words
+            ),
+            place,
+            "write what was changed into the job, and program its plan anew",
+        );
+    }
+}
+
+/// Where beads first differ from those of a plan by more than the digits of programs do: place, shape, smoothing, wire feed, travel speed, time.
+/// `factor`: wire fed per programmed wire.
+fn first_difference(planned: &Commands, said: &Commands, factor: f64) -> Option<Difference> {
+    let (mut of_plan, mut of_program) = (welded(planned), welded(said));
+    let mut same = 0;
+    loop {
+        let (plan, program) = (of_plan.next(), of_program.next());
+        let command = program.as_ref().map(|w| w.command.id);
+        let found = match (plan, program) {
+            (None, None) => return None,
+            (Some(_), None) => Some((false, "it lays fewer beads than the plan".to_owned())),
+            (None, Some(_)) => Some((false, "it lays more beads than the plan".to_owned())),
+            (Some(plan), Some(program)) => in_place(&plan, &program)
+                .map(|words| (false, words))
+                .or_else(|| in_settings(&plan, &program, factor).map(|words| (true, words))),
+        };
+        if let Some((setting, words)) = found {
+            return Some(Difference {
+                same,
+                command,
+                setting,
+                words,
+            });
+        }
+        same += 1;
+    }
+}
+
+/// How a move lies otherwise than planned.
+fn in_place(plan: &Welded<'_>, program: &Welded<'_>) -> Option<String> {
+    let (a, b) = (plan.command, program.command);
+    let off = match (a.kind, b.kind) {
+        (Kind::Wait { time: planned }, Kind::Wait { time }) => {
+            return ((time - planned).abs() > SAME_WAIT).then(|| {
+                format!("the torch stands {time:.2} s with the arc on, planned {planned:.2} s")
+            });
+        }
+        (Kind::Wait { .. }, _) | (_, Kind::Wait { .. }) => f64::INFINITY,
+        (Kind::Arc { .. }, Kind::Arc { .. }) => {
+            let middle = |w: &Welded<'_>| match w.command.kind {
+                Kind::Arc { via } => {
+                    Arc::through(w.from, via, w.command.target).map(|arc| arc.at(0.5))
+                }
+                _ => None,
+            };
+            match (middle(plan), middle(program)) {
+                (Some(a), Some(b)) => a.distance(b),
+                _ => 0.0,
+            }
+        }
+        (Kind::Arc { .. }, _) | (_, Kind::Arc { .. }) => f64::INFINITY,
+        _ => 0.0,
+    };
+    let off = off
+        .max(plan.from.distance(program.from))
+        .max(a.target.distance(b.target));
+    if off.is_infinite() {
+        return Some("a line, an arc or a wait is another of these in the plan".to_owned());
+    }
+    if off > SAME_PLACE {
+        return Some(format!("a bead lies {off:.2} mm from where it is planned"));
+    }
+    (a.smoothing != b.smoothing).then(|| "a corner is smoothed otherwise than planned".to_owned())
+}
+
+/// How a move is laid at other settings than planned.
+fn in_settings(plan: &Welded<'_>, program: &Welded<'_>, factor: f64) -> Option<String> {
+    let same = |a: f64, b: f64| (a - b).abs() <= SAME_SETTING * a;
+    let per_minute = |v: f64| v * PER_MINUTE;
+    if !same(plan.wire_feed, program.wire_feed) {
+        return Some(format!(
+            "the wire is fed at {:.2} m/min, planned {:.2} m/min",
+            per_minute(program.wire_feed / factor),
+            per_minute(plan.wire_feed / factor)
+        ));
+    }
+    let (planned, said) = (plan.command.speed, program.command.speed);
+    let stands = matches!(program.command.kind, Kind::Wait { .. });
+    (!stands && !same(planned, said)).then(|| {
+        format!(
+            "a bead is laid at {:.3} m/min, planned {:.3} m/min",
+            per_minute(said),
+            per_minute(planned)
+        )
+    })
 }
