@@ -73,7 +73,7 @@ pub enum OverhangError {
 /// the slice below. The first slice that holds anything rests on the plate.
 ///
 /// Warns once (`overhang`) with the number of slices and the worst place. The shift of a piece is taken at its
-/// corners.
+/// corners, that of the piece that reaches farthest to a hundredth of `bead_width` ([`largest_shift`]).
 ///
 /// # Errors
 /// A limit that makes no sense; cancellation.
@@ -104,7 +104,29 @@ pub fn overhangs(
             Ok(found)
         })
         .collect::<Result<_, OverhangError>>()?;
-    let found: Vec<Overhang> = found.into_iter().flatten().collect();
+    let mut found: Vec<Overhang> = found.into_iter().flatten().collect();
+    let mut open: Vec<Beyond> = Vec::new();
+    for k in found.iter().filter(|o| o.shift.is_some()).map(|o| o.slice) {
+        if open.last().is_none_or(|b| b.slice != k) {
+            let regions = slices[k].regions.clone();
+            open.push(Beyond { slice: k, regions });
+        }
+    }
+    let least = found
+        .iter()
+        .filter_map(|o| o.shift)
+        .fold(accepted, f64::max);
+    let step = STEP * bead_width;
+    if let Some(worst) = deepest(slices, open, least, step, observer)? {
+        let of_slice = found.iter_mut().filter(|o| o.slice == worst.slice);
+        let nearest = of_slice.min_by(|a, b| {
+            let to = |o: &Overhang| o.place.distance(worst.place);
+            to(a).total_cmp(&to(b))
+        });
+        if let Some(piece) = nearest {
+            (piece.shift, piece.place) = (Some(worst.shift), worst.place);
+        }
+    }
     let reach = |o: &Overhang| o.shift.unwrap_or(f64::INFINITY);
     if let Some(worst) = found
         .iter()
@@ -134,16 +156,18 @@ pub fn overhangs(
     Ok(found)
 }
 
-/// The farthest that any slice reaches beyond the slice below, whatever is accepted; `None` where none does. The shift is taken at
-/// corners; slices over nothing at all have none, and are told by [`overhangs`].
+/// The farthest that any slice reaches beyond the slice below, whatever is accepted; `None` where none does. Of all points of a slice the one
+/// that is farthest from the slice below counts, in the middle of a piece that is held on two sides too: to a hundredth of `bead_width`, mm.
+/// Slices over nothing at all have none, and are told by [`overhangs`].
 ///
 /// # Errors
 /// Slices that cannot be compared; cancellation.
 pub fn largest_shift(
     slices: &[Slice],
+    bead_width: f64,
     observer: &dyn Observer,
 ) -> Result<Option<Shift>, OverhangError> {
-    let found: Vec<Option<Shift>> = (1..slices.len())
+    let found: Vec<Option<(Option<Shift>, Beyond)>> = (1..slices.len())
         .into_par_iter()
         .map(|k| {
             observer.check()?;
@@ -151,18 +175,109 @@ pub fn largest_shift(
             if below.regions.is_empty() || above.regions.is_empty() {
                 return Ok(None);
             }
-            let pieces = difference(&above.regions, &below.regions)?;
-            let beyond = pieces.iter().filter(|piece| piece.area() >= SLIVER);
-            let corners = beyond.flat_map(|piece| piece.outer.iter().copied());
-            Ok(farthest(&below.regions, corners).map(|(shift, p)| Shift {
+            let beyond = Beyond::of(k, &above.regions, &below.regions)?;
+            let corners = beyond.regions.iter().flat_map(|r| r.outer.iter().copied());
+            let at_corners = farthest(&below.regions, corners).map(|(shift, p)| Shift {
                 slice: k,
                 shift,
                 place: above.surface.from_local(p),
-            }))
+            });
+            Ok((!beyond.regions.is_empty()).then_some((at_corners, beyond)))
         })
         .collect::<Result<_, OverhangError>>()?;
-    let order = |a: &Shift, b: &Shift| a.shift.total_cmp(&b.shift).then(b.slice.cmp(&a.slice));
-    Ok(found.into_iter().flatten().max_by(order))
+    let (corners, beyond): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
+    let at_corners = corners.into_iter().flatten().max_by(Shift::order);
+    let least = at_corners.map_or(0.0, |s| s.shift);
+    let inside = deepest(slices, beyond, least, STEP * bead_width, observer)?;
+    Ok(inside.or(at_corners))
+}
+
+/// Places within pieces are looked for in steps of this share of a bead's width.
+const STEP: f64 = 0.01;
+
+impl Shift {
+    /// By how far, the lower slice first of those that reach as far.
+    fn order(&self, other: &Shift) -> std::cmp::Ordering {
+        let far = self.shift.total_cmp(&other.shift);
+        far.then(other.slice.cmp(&self.slice))
+    }
+}
+
+/// What of a slice lies farther than some distance from the slice below.
+struct Beyond {
+    slice: usize,
+    regions: Vec<Region>,
+}
+
+impl Beyond {
+    fn of(slice: usize, regions: &[Region], supported: &[Region]) -> Result<Self, PlanarError> {
+        let mut regions = difference(regions, supported)?;
+        regions.retain(|piece| piece.area() >= SLIVER);
+        Ok(Beyond { slice, regions })
+    }
+
+    /// What lies farther than `distance`, mm; nothing where all is nearer.
+    fn farther(
+        &self,
+        slices: &[Slice],
+        distance: f64,
+        join: Join,
+    ) -> Result<Option<Self>, PlanarError> {
+        let supported = outset(&slices[self.slice - 1].regions, distance, join)?;
+        let beyond = Beyond::of(self.slice, &self.regions, &supported)?;
+        Ok((!beyond.regions.is_empty()).then_some(beyond))
+    }
+}
+
+/// The point of `open` that is farthest from the slice below its own, where that is more than `least` + `step`, mm: slices below are grown until
+/// they cover all, and the growth is halved down to `step`. Slices that are covered are not looked at again.
+fn deepest(
+    slices: &[Slice],
+    mut open: Vec<Beyond>,
+    least: f64,
+    step: f64,
+    observer: &dyn Observer,
+) -> Result<Option<Shift>, OverhangError> {
+    let join = Join::Round {
+        arc_tolerance: 0.1 * step,
+    };
+    let (mut low, mut high) = (least + step, f64::INFINITY);
+    let mut next = low;
+    let mut beyond = false;
+    while !open.is_empty() && step > 0.0 {
+        observer.check()?;
+        let farther: Vec<Option<Beyond>> = open
+            .par_iter()
+            .map(|piece| piece.farther(slices, next, join))
+            .collect::<Result<_, PlanarError>>()?;
+        let farther: Vec<Beyond> = farther.into_iter().flatten().collect();
+        if farther.is_empty() {
+            high = next;
+            if !beyond {
+                return Ok(None);
+            }
+        } else {
+            (open, low, beyond) = (farther, next, true);
+        }
+        if high - low <= step {
+            break;
+        }
+        next = if high.is_finite() {
+            0.5 * (low + high)
+        } else {
+            2.0 * low
+        };
+    }
+    let found = open.iter().filter_map(|piece| {
+        let corners = piece.regions.iter().flat_map(|r| r.outer.iter().copied());
+        let (shift, p) = farthest(&slices[piece.slice - 1].regions, corners)?;
+        Some(Shift {
+            slice: piece.slice,
+            shift,
+            place: slices[piece.slice].surface.from_local(p),
+        })
+    });
+    Ok(found.filter(|_| beyond).max_by(Shift::order))
 }
 
 /// The point that lies farthest from the boundary of regions, with its distance, mm.

@@ -3,12 +3,12 @@
 use crate::solids::{cube, joined, shifted};
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::{
-    Mesh, Plane,
+    Mesh, Plane, Region,
     diagnosis::{Defect, Diagnosis, DiagnosisOptions, diagnose},
-    math::DVec3,
+    math::{DVec2, DVec3},
     overhang::{largest_shift, overhangs},
     repair::{RepairAction, RepairOptions, repair},
-    section::{SlicePlan, slice},
+    section::{Slice, SlicePlan, slice},
     shapes,
 };
 use proptest::prelude::*;
@@ -341,11 +341,11 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
         "{found:?}"
     );
     // how far they reach is told at any limit
-    let largest = largest_shift(&slices, &Silent).unwrap().unwrap();
+    let largest = largest_shift(&slices, 6.0, &Silent).unwrap().unwrap();
     assert!((largest.shift - 1.0).abs() < 0.01, "{largest:?}");
     assert_eq!(largest.place.z, slices[largest.slice].height);
     let upright: Vec<_> = [0.0, 2.0].map(|_| slices[0].clone()).into();
-    assert_eq!(largest_shift(&upright, &Silent).unwrap(), None);
+    assert_eq!(largest_shift(&upright, 6.0, &Silent).unwrap(), None);
     assert_eq!(reporter.warnings().len(), 1);
     assert!(overhangs(&slices, -1.0, 0.25, &reporter, &Silent).is_err());
     // a table: the plate starts in the air beyond its foot
@@ -362,7 +362,7 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
     let found = overhangs(&slices, 6.0, FRACTION, &reporter, &Silent).unwrap();
     assert_eq!((found.len(), found[0].slice), (1, 2));
     assert!((found[0].shift.unwrap() - 30.0).abs() < 1e-3);
-    let largest = largest_shift(&slices, &Silent).unwrap().unwrap();
+    let largest = largest_shift(&slices, 6.0, &Silent).unwrap().unwrap();
     assert_eq!(largest.slice, 2);
     assert!((largest.shift - 30.0).abs() < 1e-3, "{largest:?}");
     // beyond 10 + 1.5 mm, and the round corners of the grown foot
@@ -372,6 +372,53 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
     slices[1].regions.clear();
     let found = overhangs(&slices, 6.0, FRACTION, &reporter, &Silent).unwrap();
     assert_eq!(found[0].shift, None);
+}
+
+/// A lintel on two posts, a roof over a cavity: every corner of what hangs lies on the rim that holds it, its middle does not.
+#[test]
+fn what_is_held_on_two_sides_hangs_in_its_middle() {
+    let square = |half: f64| {
+        let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+        corners.map(|(x, y)| DVec2::new(x, y)).to_vec()
+    };
+    let moved = |region: Region, x: f64| Region {
+        outer: region
+            .outer
+            .iter()
+            .map(|p| *p + DVec2::new(x, 0.0))
+            .collect(),
+        holes: Vec::new(),
+    };
+    let posts = vec![
+        moved(shapes::plate(10.0, 8.0), 0.0),
+        moved(shapes::plate(10.0, 8.0), 34.0),
+    ];
+    let whole = |outer, holes| vec![Region { outer, holes }];
+    let cavity: Vec<DVec2> = square(8.0).into_iter().rev().collect();
+    let layer = |height: f64, regions: &[Region]| Slice {
+        surface: Plane::horizontal(height),
+        height,
+        regions: regions.to_vec(),
+    };
+    for (below, above, shift) in [
+        (posts, vec![shapes::plate(44.0, 8.0)], 12.0),
+        (
+            whole(square(20.0), vec![cavity]),
+            whole(square(20.0), Vec::new()),
+            8.0,
+        ),
+    ] {
+        let slices = [layer(1.0, &below), layer(3.0, &above), layer(5.0, &above)];
+        let largest = largest_shift(&slices, 6.0, &Silent).unwrap().unwrap();
+        assert_eq!(largest.slice, 1);
+        assert!((largest.shift - shift).abs() < 0.06, "{largest:?}");
+        let reporter = Reporter::new();
+        let found = overhangs(&slices, 6.0, FRACTION, &reporter, &Silent).unwrap();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!((found[0].shift.unwrap() - shift).abs() < 0.06, "{found:?}");
+        let told = format!("{:.2} mm beyond", found[0].shift.unwrap());
+        assert!(reporter.warnings()[0].message.contains(&told));
+    }
 }
 
 proptest! {

@@ -100,7 +100,7 @@ pub fn plan(
         reporter,
         observer,
     )?;
-    let shift = largest_shift(&shapes, observer)?;
+    let shift = largest_shift(&shapes, settings.bead.width.value, observer)?;
     let lean = lean(&regions, settings.bead.width.value)?;
     let plans = fill(&torch, &regions, settings, reporter, observer)?;
     let coverage = plans
