@@ -153,7 +153,7 @@ pub struct Drawn {
     pub foot: Field,
     /// The longest step of the finest cells, s.
     pub step: f64,
-    /// The same of the uppermost cells.
+    /// Highest temperatures of the build plane itself, K, one plane.
     pub surface: Field,
     /// What the solver lost of the heat, as a share of what the beam brought.
     pub residual: f64,
@@ -246,6 +246,8 @@ pub fn watched(
     let kept = [kept.low, kept.high];
     let mut highest = levels.highest_temperature(kept);
     highest.grid.origin.z += top;
+    let mut surface = levels.highest_of_surface(kept);
+    surface.grid.origin.z += top;
     let outside = outside.iter().map(|p| shifted(*p, top)).collect();
     let mut seen = levels.watched(kept, outside);
     for field in [
@@ -269,7 +271,7 @@ pub fn watched(
         layers,
         residual,
         ledger,
-        surface: highest.clone().at_depth(0.0),
+        surface,
         foot: highest.clone().at_depth(body.layer),
         highest: match body.reading {
             Reading::LayerMean => highest.over_layer(body.layer),

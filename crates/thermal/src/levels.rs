@@ -21,6 +21,7 @@ mod offsets;
 mod pace;
 mod set_pace;
 mod sharing;
+mod skin;
 mod step;
 mod tile;
 mod tree;
@@ -198,6 +199,9 @@ pub struct Levels {
     offsets: offsets::Offsets,
     bell: bell::Bell,
     pace: pace::Pace,
+    /// Temperatures of the build plane, and [`Depth::lift`](crate::solver::source::Depth::lift) of the last beam.
+    surface: skin::Temperatures,
+    lift: f64,
     register: vector::Level,
     liquidus: Liquidus,
     time: f64,
@@ -230,6 +234,8 @@ impl Levels {
         let depths = grid.depths();
         let mut solver = Levels {
             losses: Losses::new(&setup.top, &material, &curve),
+            surface: skin::Temperatures::new(&setup.top, &material, &curve, height),
+            lift: 0.0,
             formulas: curve.formulas(),
             levels: levels(&setup, &tree),
             record: matter::Record::new(frame.cells[0] * frame.cells[1], tracked),
@@ -368,6 +374,22 @@ impl Levels {
         self.field(&self.record.peak, &grid, first, |g| {
             self.curve.temperature(f64::from(g)) as f32
         })
+    }
+
+    /// Highest temperatures of the build plane itself since the layer began, K, as [`Self::highest_temperature`] has those of the cells
+    /// below it: hotter than these where a beam heats them from above.
+    pub fn highest_of_surface(&mut self, corners: [[f64; 2]; 2]) -> Field {
+        self.write_down();
+        let (grid, first) = self.window(corners, 1);
+        let mut surface = self.field(&self.record.skin, &grid, first, |theta| {
+            self.surface.at(&self.curve, f64::from(theta)) as f32
+        });
+        let cells = self.highest_temperature(corners).values;
+        let top = cells.len() - surface.values.len();
+        for (face, cell) in surface.values.iter_mut().zip(&cells[top..]) {
+            *face = face.max(*cell);
+        }
+        surface
     }
 
     /// What was seen besides; see [`Levels::draw`].

@@ -32,9 +32,9 @@ const LINES: [[f64; 2]; 4] = [[0.0, 0.0], [2.5, 0.0], [2.5, 0.3], [0.0, 0.3]];
 #[test]
 fn crossings_are_those_of_the_temperatures_in_time() {
     // the cells of this grid have their centres there
-    let place = drawn(&LINES, Vec::new()).highest.grid.centre(15, 6, 0);
-    let (x, y) = (place.x, place.y);
-    let seen = drawn(&LINES, vec![[x, y, 0.0], [9.0, 0.0, 0.0]]);
+    let grid = drawn(&LINES, Vec::new()).highest.grid;
+    let place = grid.centre(15, 6, grid.planes() - 1);
+    let seen = drawn(&LINES, vec![place.to_array(), [9.0, 0.0, 0.0]]);
     let watched = seen.watched;
     assert_eq!(watched.outside, [[9.0, 0.0, 0.0]]);
     let top = seen.highest.grid.planes() - 1;

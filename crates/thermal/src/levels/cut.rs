@@ -74,6 +74,7 @@ impl Levels {
             shown: &mut shown,
             half: Half::Second,
             seen: 1.0,
+            lift: None,
         });
         self.register.run(Look {
             tile,

@@ -4,7 +4,7 @@ use meltpath_base::Observer;
 
 use super::pace::PAIR;
 use super::sharing::beside;
-use super::tile::{N, PLANE};
+use super::tile::{N, PLANE, Tile};
 use super::watching::Watching;
 use super::{Levels, LevelsError};
 use crate::beam::{Beam, BeamPath};
@@ -100,7 +100,8 @@ impl Levels {
         self.watching.samples.extend(told);
     }
 
-    /// Temperature at a place, K, the build plane at z = 0; straight between the centres of cells, and of planes. `None` outside.
+    /// Temperature at a place, K, the build plane at z = 0; straight between the centres of cells, of planes, and from the middle
+    /// of the uppermost one to its face. `None` outside.
     fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
         let heights = &self.setup.heights;
         let depth = -z;
@@ -110,33 +111,69 @@ impl Levels {
         let (lower, upper, share) = between(&self.depths, heights, depth);
         let origin = self.matter.frame.origin;
         let at = [x - origin[0], y - origin[1]];
-        Some((1.0 - share) * self.in_plane(at, upper)? + share * self.in_plane(at, lower)?)
+        let top = heights.len() - 1;
+        let middle = self.in_plane(at, upper)?;
+        let half = 0.5 * heights[top];
+        if depth < half && heights.len() > 1 {
+            // from the middle of the uppermost cell to its face
+            let face = self.in_plane_by(at, top, Self::surface_of_level)?;
+            let share = (depth / half).max(0.0);
+            return Some(share * middle + (1.0 - share) * face);
+        }
+        Some((1.0 - share) * middle + share * self.in_plane(at, lower)?)
     }
 
     /// Temperature of a plane at a place from the corner of all cells, K: straight between the four centres round it, of the finest cells
     /// that there are at the place; where one of the four is coarser, of the cell that holds its centre.
     fn in_plane(&self, at: [f64; 2], plane: usize) -> Option<f64> {
-        let (level, own) = self.finest(at, plane)?;
+        self.in_plane_by(at, plane, Self::of_level)
+    }
+
+    /// The same of what `tell` says of the cells of a level.
+    fn in_plane_by(
+        &self,
+        at: [f64; 2],
+        plane: usize,
+        tell: fn(&Self, usize, [f64; 2], usize) -> Option<f64>,
+    ) -> Option<f64> {
+        let finest = |at: [f64; 2]| {
+            let mut levels = 0..self.levels.len();
+            levels.find_map(|n| Some((n, tell(self, n, at, plane)?)))
+        };
+        let (level, own) = finest(at)?;
         let edge = self.levels[level].edge;
         let from = at.map(|d| (d / edge - 0.5).floor());
         let mut sum = 0.0;
         for corner in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
             let centre = [0, 1].map(|a| (from[a] + corner[a] + 0.5) * edge);
             let weights = [0, 1].map(|a| 1.0 - (at[a] - centre[a]).abs() / edge);
-            let there = self.of_level(level, centre, plane);
-            let there = there.or_else(|| self.finest(centre, plane).map(|(_, kelvin)| kelvin));
+            let there = tell(self, level, centre, plane);
+            let there = there.or_else(|| finest(centre).map(|(_, kelvin)| kelvin));
             sum += weights[0] * weights[1] * there.unwrap_or(own);
         }
         Some(sum)
     }
 
-    /// The finest level that has a cell of this plane at a place, and the cell's temperature, K.
-    fn finest(&self, at: [f64; 2], plane: usize) -> Option<(usize, f64)> {
-        (0..self.levels.len()).find_map(|n| Some((n, self.of_level(n, at, plane)?)))
-    }
-
     /// Temperature of the cell that a level has of this plane at a place, K.
     fn of_level(&self, n: usize, at: [f64; 2], plane: usize) -> Option<f64> {
+        let (tile, cell) = self.cell_of_level(n, at)?;
+        let plane = tile.planes().contains(&plane).then(|| plane - tile.base)?;
+        let g = tile.enthalpy[plane * PLANE + cell];
+        Some(self.curve.temperature(f64::from(g)))
+    }
+
+    /// Temperature of the build plane over the uppermost cell, `plane`, that a level has at a place, K.
+    fn surface_of_level(&self, n: usize, at: [f64; 2], plane: usize) -> Option<f64> {
+        let kelvin = self.of_level(n, at, plane)?;
+        let (tile, cell) = self.cell_of_level(n, at)?;
+        let face = self
+            .surface
+            .at(&self.curve, f64::from(tile.skin.theta[cell]));
+        Some(kelvin.max(face))
+    }
+
+    /// The tile that a level has at a place, and which of its columns.
+    fn cell_of_level(&self, n: usize, at: [f64; 2]) -> Option<(&Tile, usize)> {
         let (level, size) = (&self.levels[n], self.tree.size(n));
         let at = at.map(|d| d / level.edge);
         if at.iter().any(|a| *a < 0.0) {
@@ -148,9 +185,7 @@ impl Levels {
         }
         let index = level.index[j / N * size[0] + i / N];
         let tile = level.tiles.get(index as usize)?;
-        let plane = tile.planes().contains(&plane).then(|| plane - tile.base)?;
-        let g = tile.enthalpy[plane * PLANE + j % N * N + i % N];
-        Some(self.curve.temperature(f64::from(g)))
+        Some((tile, j % N * N + i % N))
     }
 }
 

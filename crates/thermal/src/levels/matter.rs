@@ -104,6 +104,8 @@ impl Matter {
 pub(crate) struct Record {
     /// Highest enthalpies of the highest planes, bottom first.
     pub(crate) peak: Vec<f32>,
+    /// Highest `θ` of the build plane, W/mm.
+    pub(crate) skin: Vec<f32>,
     pub(crate) above: Vec<f32>,
     pub(crate) fell: Vec<f32>,
     pub(crate) rate: Vec<f32>,
@@ -114,6 +116,7 @@ impl Record {
         let followed = columns * FOLLOWED.min(tracked);
         Record {
             peak: vec![0.0; columns * tracked],
+            skin: vec![0.0; columns],
             above: vec![0.0; followed],
             fell: vec![f32::NAN; followed],
             rate: vec![f32::NAN; followed],
@@ -151,6 +154,16 @@ impl Record {
                             self.fell[at] = tile.froze.fell[m];
                             self.rate[at] = tile.froze.rate[m];
                         }
+                    }
+                }
+            }
+        }
+        if tracked > 0 {
+            for (n, peak) in tile.skin.peak.iter().enumerate() {
+                let first = [corner[0] + n % N * edge, corner[1] + n / N * edge];
+                for j in first[1]..first[1] + edge {
+                    for v in &mut self.skin[j * nx + first[0]..][..edge] {
+                        *v = v.max(*peak);
                     }
                 }
             }

@@ -4,6 +4,7 @@ use super::around::{Around, exchange_boxes};
 use super::conduct::{Conduct, PlaneStep};
 use super::pace::{CLASSES, PAIR, Rate};
 use super::sharing::share;
+use super::skin::Lift;
 use super::tile::{Cells, Class, Follow, Half, N, PLANE, Refresh, Shown, Tile};
 use super::{Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
@@ -178,13 +179,22 @@ impl Levels {
         let (f, register, liquidus) = (&self.formulas, self.register, self.liquidus);
         let (step, now) = (own.rates[stage % 2].step, self.time);
         let seen = own.rates[stage % 2].seen;
+        let heights = &self.setup.heights;
+        let (planes, height) = (heights.len(), heights[heights.len() - 1]);
+        let under = heights[planes.saturating_sub(2)];
+        let lift = Lift {
+            per_heat: (self.lift / step) as f32,
+            below: (height / (3.0 * (height + under))) as f32,
+        };
         let work = |(tile, shown): (&mut Tile, &mut Shown)| {
+            let lift = (tile.planes().end == planes).then_some(lift);
             register.run(Refresh {
                 formulas: f,
                 tile: &mut *tile,
                 shown,
                 half,
                 seen,
+                lift,
             });
             if half == Half::Second {
                 register.run(Follow {
@@ -209,6 +219,8 @@ impl Levels {
         }
         let joules = spot.power * dt;
         let along = spot.depth_shares(&self.setup.heights, &self.depths);
+        let highest = self.setup.heights.len();
+        self.lift = spot.depth.lift(self.setup.heights[highest - 1]);
         let origin = self.matter.frame.origin;
         let mut arrived = 0.0;
         for (n, level) in self.levels.iter_mut().enumerate() {
@@ -241,7 +253,8 @@ impl Levels {
                         shares: [sx, &sy],
                         along: &along[planes.clone()],
                         per_area: joules / (level.edge * level.edge),
-                        heights: &self.setup.heights[planes],
+                        heights: &self.setup.heights[planes.clone()],
+                        on_top: planes.end == highest,
                     };
                     self.register.run(Laid {
                         deposit: &deposit,
@@ -280,6 +293,8 @@ struct Deposit<'a> {
     /// J/mm².
     per_area: f64,
     heights: &'a [f64],
+    /// Whether the tile reaches the build plane.
+    on_top: bool,
 }
 
 /// A deposit in a tile.
@@ -297,12 +312,23 @@ impl CellLoop for Laid<'_> {
             along,
             per_area,
             heights,
+            on_top,
         } = *self.deposit;
         let mut across = [0.0_f32; N];
         for i in 0..N {
             across[i] = sx[i] as f32;
         }
         let mut heat = [0.0_f32; PLANE];
+        if on_top {
+            let skin = &mut self.tile.skin;
+            skin.lit = true;
+            for (row, sy) in skin.arrived.as_chunks_mut::<N>().0.iter_mut().zip(sy) {
+                let of_row = (per_area * sy) as f32;
+                for i in 0..N {
+                    row[i] += of_row * across[i];
+                }
+            }
+        }
         for (k, along) in along.iter().enumerate() {
             if *along <= 0.0 {
                 continue;

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::skin::{Lift, LookAtSkin, Skin};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
@@ -50,6 +51,8 @@ pub(crate) struct Tile {
     /// Highest enthalpies of the highest planes since the tile was made.
     pub(crate) peak: Vec<f32>,
     pub(crate) froze: Froze,
+    /// The build plane over it.
+    pub(crate) skin: Skin,
     /// Heat given to coarser or slower cells beside during their step, J/mm³ of these cells.
     pub(crate) out: [Vec<f32>; 4],
     /// What quicker tiles of the same level gave, while this one takes it; see [`super::step`].
@@ -176,6 +179,7 @@ impl Tile {
                 fell: vec![f32::NAN; followed],
                 rate: vec![f32::NAN; followed],
             },
+            skin: Skin::new(PLANE),
             out: Default::default(),
             inbox: Default::default(),
             down: Vec::new(),
@@ -221,6 +225,7 @@ impl Tile {
 
     /// Highest enthalpies and freezing begin anew from the present state.
     pub(crate) fn begin_anew(&mut self) {
+        self.skin.begin_anew();
         let first = self.enthalpy.len() - self.peak.len();
         self.peak.copy_from_slice(&self.enthalpy[first..]);
         let first = self.enthalpy.len() - self.froze.before.len();
@@ -303,6 +308,8 @@ pub(crate) struct Refresh<'a> {
     pub(crate) half: Half,
     /// Of what the first step of a pair gives, the share that others see before the second.
     pub(crate) seen: f32,
+    /// What makes the build plane hotter than its cells, of tiles that reach it.
+    pub(crate) lift: Option<Lift>,
 }
 
 impl CellLoop for Refresh<'_> {
@@ -352,6 +359,17 @@ impl CellLoop for Refresh<'_> {
                     share.fill(1.0);
                 }
             }
+        }
+        let told = tile.skin.lit || shown.lit;
+        if let (Some(lift), true, 2..) = (self.lift, told, planes) {
+            let (below, top) = shown.theta.split_at((planes - 1) * PLANE);
+            LookAtSkin {
+                skin: &mut tile.skin,
+                lift,
+                theta: [top, &below[(planes - 2) * PLANE..]],
+                share: &shown.share[(planes - 1) * PLANE..],
+            }
+            .run();
         }
     }
 }

@@ -498,6 +498,12 @@ impl Enthalpy {
         )
     }
 
+    /// Temperature whose `θ` this is, K.
+    pub fn of_kirchhoff(&self, theta: f64) -> f64 {
+        let slope = 1.0 / self.conductivity_last;
+        Self::interpolate(&self.kirchhoff, &self.kelvin, theta, slope)
+    }
+
     /// Heat in a unit volume of relative density `r` at enthalpy `g`, counted from fresh powder at the start temperature
     /// along the way it came: first heating to the temperature whose relative density is `r`, then back, J/mm³.
     pub(crate) fn stored(&self, g: f64, r: f64) -> f64 {

@@ -71,6 +71,8 @@ pub struct Beyond {
     pub high: f64,
     /// Unit of all three, with a space before it; empty for a number.
     pub unit: &'static str,
+    /// The keyhole number by the law all the same, which nobody measured there.
+    pub number: f64,
     digits: usize,
 }
 
@@ -89,7 +91,11 @@ const RATE: f64 = 0.6;
 /// Scatter of measured depths round the law, in half spots.
 const SCATTER: f64 = 0.36;
 
+/// Keyhole number from which on the melting is that of a full keyhole.
+pub const FULL_KEYHOLE: f64 = FULL;
+
 fn within(
+    number: f64,
     [what, unit]: [&'static str; 2],
     value: f64,
     [low, high]: [f64; 2],
@@ -104,6 +110,7 @@ fn within(
         low,
         high,
         unit,
+        number,
         digits,
     })
 }
@@ -147,6 +154,7 @@ pub fn keyhole(material: &Material, ambient: f64, laser: Laser) -> Result<Keyhol
         _ => Mode::Keyhole,
     };
     if mode != Mode::Conduction {
+        let within = |what, value, range, digits| within(number, what, value, range, digits);
         within(["a spot", " µm"], 1e3 * spot, SPOT, 0)?;
         within(["a speed", " mm/s"], speed, SPEED, 0)?;
         within(["a power", " W"], power, POWER, 0)?;

@@ -17,5 +17,6 @@ mod layers;
 mod levels;
 mod moving_source;
 mod raster;
+mod skin;
 mod support;
 mod verification;
