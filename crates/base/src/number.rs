@@ -69,6 +69,10 @@ pub fn with_uncertainty(value: f64, sigma: f64) -> String {
     if !(sigma.is_finite() && sigma > 0.0 && value.is_finite()) {
         return significant(value, 4);
     }
+    // rounding of the computation, of which no digit is meant
+    if sigma < 1e-7 * value.abs() {
+        return significant(value, 7);
+    }
     let decimals = 1.0 - sigma.log10().floor();
     // hundreds and more are rounded before the point
     let place = 10_f64.powf((-decimals).max(0.0));
@@ -97,6 +101,12 @@ mod tests {
             let back: f64 = text.parse().unwrap();
             prop_assert!((back - value).abs() <= 1e-5 * value.abs());
         }
+    }
+
+    #[test]
+    fn an_uncertainty_of_rounding_is_not_told() {
+        assert_eq!(with_uncertainty(99.999_999_79, 1e-7), "100");
+        assert_eq!(with_uncertainty(99.95, 0.036), "99.95 ± 0.036");
     }
 
     #[test]
