@@ -80,14 +80,29 @@ pub fn stretches(motion: &MotionBlock) -> Vec<Stretch> {
 pub struct Followed {
     /// The beam as it is drawn.
     pub motion: MotionBlock,
-    /// Greatest distance of the lit beam from the lines it was asked for, mm, and where it is then.
+    /// Greatest distance of the lit beam from the line it is drawing, with those joined to it that came just before, mm, and where it
+    /// is then: lines drawn before a jump are none that it should be on.
     pub beside: (f64, [f64; 2]),
     /// Greatest distance of the lit beam from where it was asked to be at that time, mm.
     pub behind: f64,
+    /// Lit lines at whose end the beam is farther from it than half the spot: so many, the farthest, mm, and the first of them. What lies
+    /// between is not drawn.
+    pub short: Short,
     /// Stretches at whose end the current is still far from what is asked, below or above, and where the first of them ends.
     pub unreached: (usize, Option<[f64; 2]>),
     /// Time that jumps take beyond what was asked, s.
     pub waited: f64,
+}
+
+/// Lines that are not drawn to their ends.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Short {
+    /// So many.
+    pub lines: usize,
+    /// The longest way from the beam to the end of one, mm.
+    pub farthest: f64,
+    /// The end of the first one, mm.
+    pub first: Option<[f64; 2]>,
 }
 
 /// What `machine` at `voltage` V makes of a motion. What it does not tell is taken as perfect.
@@ -121,6 +136,7 @@ pub fn follow(motion: &MotionBlock, machine: &Machine, voltage: f64) -> Followed
         },
         beside: pen.beside,
         behind: pen.behind,
+        short: pen.short,
         unreached: pen.unreached,
         waited,
     }
@@ -264,6 +280,7 @@ struct Pen<'a> {
     power: f64,
     /// The first of the stretches that the place of the beam still remembers.
     since: usize,
+    short: Short,
     beside: (f64, [f64; 2]),
     behind: f64,
     unreached: (usize, Option<[f64; 2]>),
@@ -291,6 +308,7 @@ impl<'a> Pen<'a> {
             at: [start.truncate(), DVec2::ZERO],
             power: first.filter(|_| ready).map_or(0.0, |s| s.power),
             since: 0,
+            short: Short::default(),
             beside: (0.0, [0.0; 2]),
             behind: 0.0,
             unreached: (0, None),
@@ -346,6 +364,15 @@ impl<'a> Pen<'a> {
             self.put(time, if lit { mean } else { 0.0 }, spot);
             if stretch.is_lit() {
                 self.look(asked, n, done, before);
+            }
+        }
+        let joined = asked.get(n + 1).is_some_and(Stretch::is_lit);
+        if stretch.is_lit() && !joined {
+            let way = self.at[0].distance(stretch.to);
+            if way > 0.5 * stretch.spot {
+                self.short.lines += 1;
+                self.short.farthest = self.short.farthest.max(way);
+                self.short.first.get_or_insert(stretch.to.to_array());
             }
         }
         let goes_on = asked
@@ -419,6 +446,10 @@ impl<'a> Pen<'a> {
         let lag = self.machine.lag.unwrap_or(0.0);
         while self.since < n && asked[self.since].end() < stretch.time + done - MEMORY * lag {
             self.since += 1;
+        }
+        if n > 0 && !asked[n - 1].is_lit() {
+            // the line begins after a jump: none drawn before is its own
+            self.since = n;
         }
         for share in [0.25, 0.5, 0.75, 1.0] {
             let here = before.lerp(self.at[0], share);
