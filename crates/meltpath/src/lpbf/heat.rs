@@ -6,6 +6,7 @@
 
 mod beam;
 mod judge;
+mod keyhole;
 mod surface;
 
 use std::path::Path;
@@ -35,6 +36,7 @@ use surface::{beside, closed};
 pub use beam::BeamRecord;
 pub use judge::check;
 pub(crate) use judge::dug;
+pub(super) use keyhole::check as keyhole_check;
 
 /// Distance along the path from look to look, in spot diameters.
 const LOOK: f64 = 0.7;
@@ -202,6 +204,8 @@ pub struct Boiling {
     pub number: f64,
     /// The keyhole there, by scaling, or why nothing is said of it.
     pub keyhole: Result<Keyhole, Beyond>,
+    /// Where the mark ends of which that is told, mm.
+    pub end: [f64; 2],
 }
 
 /// What a recipe melts.
@@ -407,7 +411,7 @@ fn boiling(settings: &HeatSettings, job: &ScanJob, last: u32) -> Vec<Boiling> {
         .into_iter()
         .filter_map(|kind| {
             let marks = job.vectors.iter().take(last as usize + 1);
-            let (number, laser) = marks
+            let (number, laser, end) = marks
                 .filter(|v| v.kind == kind && v.speed > 0.0)
                 .filter_map(|v| {
                     let laser = Laser {
@@ -416,13 +420,14 @@ fn boiling(settings: &HeatSettings, job: &ScanJob, last: u32) -> Vec<Boiling> {
                         spot: settings.spot,
                         flat: settings.absorptivity,
                     };
-                    Some((of(v.power, v.speed)?, laser))
+                    Some((of(v.power, v.speed)?, laser, [v.end.x, v.end.y]))
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             Some(Boiling {
                 kind,
                 number,
                 keyhole: keyhole(&settings.material, settings.medium.ambient, laser),
+                end,
             })
         })
         .collect()

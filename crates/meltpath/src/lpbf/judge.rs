@@ -159,6 +159,8 @@ pub(super) fn checks(
                 });
                 known(ends)
             }));
+            let keyhole = r.heat.as_ref();
+            checks.extend(keyhole.map(|h| heat::keyhole_check(k + 1, &r.recipe.name, h)));
         }
     } else {
         checks.push(Check::not_checked(

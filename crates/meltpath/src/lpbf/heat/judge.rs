@@ -7,7 +7,7 @@ use meltpath_thermal::pool::keyhole::Mode;
 use super::{Boiling, HeatSettings, RecipeHeat};
 
 /// Boiling number from which vapour deepens the pool noticeably, and from which a keyhole forms.
-const BOILING: [f64; 2] = [0.5, 1.0];
+pub(super) const BOILING: [f64; 2] = [0.5, 1.0];
 
 /// Judges a recipe, and warns of what the model does not hold. Where the surface is near boiling, pools are deeper than the model
 /// tells: what it does not melt through may be melted all the same, and nothing is said against it.
@@ -86,6 +86,9 @@ pub fn check(
         }
         .because("only the first marks were followed by the heat engine")
         .remedy("raise heat.marks, so that all of the layer is drawn"),
+        (Some(_), Status::Pass) => check.because(
+            "by conduction alone, a lower bound: vapour deepens these pools, what keyholes leave is a check of its own",
+        ),
         _ => check,
     };
     match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
@@ -147,6 +150,7 @@ mod tests {
                 kind: Role::Fill,
                 number: 0.9,
                 keyhole: keyhole(&alloy, 293.15, laser),
+                end: [0.0; 2],
             })
         };
         for (power, spot, words) in [

@@ -1,0 +1,143 @@
+//! Whether vapour digs keyholes, which leave pores where they collapse: that what conducts melts through says nothing of them.
+
+use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_thermal::pool::keyhole::{FULL_KEYHOLE, Mode};
+
+use super::judge::{BOILING, dug};
+use super::{Boiling, RecipeHeat};
+
+const REMEDY: &str = "less power, faster marks, a wider spot or a colder bed; or look for pores in sections of your own builds";
+
+/// How far the marks of a recipe are from keyholes: passes where all conduct or vapour only presses on the melt, where that was
+/// measured; else it is to be looked at, and where a full keyhole lies outside of what was measured nothing can be said.
+pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> Check {
+    let id = format!("keyhole-{number}");
+    let title = format!("{recipe}: keyhole number");
+    let rank = |b: &&Boiling| (status(b), by_law(b));
+    let worst = heat.boiling.iter().max_by(|a, b| {
+        let (a, b) = (rank(a), rank(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let Some(worst) = worst else {
+        let why = "the material's file has no boiling point: nothing is said of keyholes, nor of the pores that they leave";
+        return Check::not_checked(&id, &title, why);
+    };
+    let value = Measure {
+        sigma: None,
+        ..Measure::exact(by_law(worst), "")
+    };
+    let check = Check {
+        status: status(worst),
+        value: Some(value),
+        limit: Some(Limit::AtMost(FULL_KEYHOLE)),
+        ..Check::not_checked(&id, &title, &reason(worst))
+    };
+    let [x, y] = worst.end;
+    check.at(Place::at([x, y, 0.0])).remedy(REMEDY)
+}
+
+/// The keyhole number, by the law alone where that was not measured.
+fn by_law(boiling: &Boiling) -> f64 {
+    match &boiling.keyhole {
+        Ok(told) => told.number,
+        Err(beyond) => beyond.number,
+    }
+}
+
+fn status(boiling: &Boiling) -> Status {
+    match &boiling.keyhole {
+        Ok(told) if told.mode == Mode::Keyhole => Status::Warn,
+        // two laws that disagree
+        Ok(told) if told.mode == Mode::Conduction && boiling.number > BOILING[1] => Status::Warn,
+        Ok(_) => Status::Pass,
+        Err(beyond) if beyond.number >= FULL_KEYHOLE => Status::CannotSay,
+        Err(_) if boiling.number <= BOILING[0] => Status::Pass,
+        Err(_) => Status::Warn,
+    }
+}
+
+fn reason(boiling: &Boiling) -> String {
+    let king = format!("boiling number {:.1}", boiling.number);
+    match (status(boiling), &boiling.keyhole) {
+        (Status::Pass, Ok(told)) if told.mode == Mode::Conduction => {
+            format!("the laser conducts; {king}")
+        }
+        (Status::Pass, Err(_)) => format!("the surface is far from boiling; {king}"),
+        (Status::Pass, Ok(_)) => {
+            format!(
+                "vapour presses on the melt, a full keyhole begins at the limit; {}; {king}",
+                dug(boiling)
+            )
+        }
+        (Status::Warn, Ok(told)) if told.mode == Mode::Conduction => format!(
+            "by Gan et al. 2021 the laser conducts, by King et al. 2014 it digs a keyhole ({king})"
+        ),
+        (Status::Warn, Ok(_)) => format!(
+            "a full keyhole: the pores that it leaves where it collapses are not computed; {}; {king}",
+            dug(boiling)
+        ),
+        (_, _) => format!(
+            "pores of keyholes are not computed; {}; {king}",
+            dug(boiling)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_thermal::material::file::{Readings, read};
+    use meltpath_thermal::pool::keyhole::{Laser, keyhole};
+    use meltpath_toolpath::Role;
+
+    /// No keyhole is green: neither a full one, nor one beyond what was measured.
+    #[test]
+    fn keyholes_do_not_pass() {
+        let text = meltpath_data::materials::IN625_LASER.text;
+        let alloy = read(text, Readings::default()).unwrap();
+        let judged = |number: f64, ambient: f64, laser: Laser| {
+            let boiling = Boiling {
+                kind: Role::Fill,
+                number,
+                keyhole: keyhole(&alloy, ambient, laser),
+                end: [1.0, 2.0],
+            };
+            (status(&boiling), reason(&boiling))
+        };
+        let laser = Laser {
+            power: 80.0,
+            speed: 800.0,
+            spot: 0.1,
+            flat: 0.28,
+        };
+        assert_eq!(judged(0.3, 293.15, laser).0, Status::Pass);
+        let (status, words) = judged(1.3, 293.15, laser);
+        assert!(status == Status::Warn && words.contains("King"), "{words}");
+        let steep = Laser {
+            power: 195.0,
+            ..laser
+        };
+        assert_eq!(judged(0.9, 293.15, steep).0, Status::Pass);
+        let full = Laser {
+            flat: 0.99,
+            ..steep
+        };
+        let (status, words) = judged(3.0, 293.15, full);
+        assert!(
+            status == Status::Warn && words.contains("a full keyhole"),
+            "{words}"
+        );
+        // a bed just below the liquidus: chaotic, beyond what was measured
+        let (status, words) = judged(9.0, alloy.liquidus - 50.0, full);
+        assert!(
+            status == Status::CannotSay && words.contains("is outside"),
+            "{words}"
+        );
+        let narrow = Laser {
+            spot: 0.07,
+            ..steep
+        };
+        assert_eq!(judged(0.9, 293.15, narrow).0, Status::Warn);
+        assert_eq!(judged(0.4, 293.15, narrow).0, Status::Pass);
+    }
+}
