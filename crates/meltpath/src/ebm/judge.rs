@@ -1,8 +1,10 @@
 //! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
 pub(crate) mod advice;
+pub(super) mod areas;
 mod beyond;
 pub mod ends;
+pub(crate) mod facts;
 pub(crate) mod under;
 pub(crate) mod verdict;
 
@@ -21,8 +23,10 @@ use meltpath_thermal::solver::watch::{Watch, Watched};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::settings::Judge;
-use crate::ebm::judge::beyond::{area_beyond, cells_beyond};
-use crate::ebm::judge::ends::{Ends, ends};
+pub use crate::ebm::judge::areas::{Hole, Outside};
+use crate::ebm::judge::areas::{fullest_hole, outside};
+use crate::ebm::judge::beyond::{area_beyond, area_within, cells_beyond};
+use crate::ebm::judge::ends::{Ends, Surface, ends};
 use crate::ebm::judge::under::{body, domain, ground};
 use crate::ebm::plan::region::Contour;
 use rayon::prelude::*;
@@ -48,21 +52,14 @@ pub struct Run {
     pub classes: Classes,
     /// The share of the section in the window of the run as asked, which a change between the good body and this one would hit.
     pub as_it_was: f64,
-    /// Share of what lies over metal that does not melt down to it.
-    pub unfused: f64,
+    /// Share of what lies over metal that does not melt down to it; `None` where no metal lies below.
+    pub unfused: Option<f64>,
+    /// The hole of the region of which most melts; `None` where there is none.
+    pub hole: Option<Hole>,
     /// Where the heat went, and what left as vapour.
     pub ledger: Ledger,
     /// What the solver lost of the heat.
     pub residual: f64,
-}
-
-/// Metal that is molten outside the contour.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outside {
-    /// Area beyond the rim, as a share of the section's.
-    pub share: f64,
-    /// Greatest distance from the contour, mm.
-    pub farthest: f64,
 }
 
 /// A path as the reference solver sees it.
@@ -214,39 +211,6 @@ pub(crate) fn melts_at_the_edge(highest: &Field, melting: f64) -> bool {
         || (0..ny).any(|j| molten(0, j) || molten(nx - 1, j))
 }
 
-/// Centres of cells that lie just as far as the rim are not beyond it, wherever the part lies, mm.
-const ROUNDING: f64 = 1e-6;
-
-/// What melts outside the contour, beyond `rim` mm of it or nearer, in the judged part; `section` is the tally inside.
-pub(super) fn outside(
-    highest: &Field,
-    melting: f64,
-    contour: &Contour,
-    rim: f64,
-    part: Option<&Rectangle>,
-    section: &Tally,
-) -> Outside {
-    let grid = &highest.grid;
-    let top = grid.planes() - 1;
-    let [nx, ny] = grid.cells;
-    let (mut cells, mut farthest) = (0, 0.0_f64);
-    for n in 0..nx * ny {
-        let (i, j) = (n % nx, n / nx);
-        let c = grid.centre(i, j, top);
-        let point = [c.x, c.y];
-        let away = -contour.depth(point);
-        let judged = part.is_none_or(|part| part.depth(point) > 0.0);
-        if away > 0.0 && judged && highest.at(i, j, top) >= melting {
-            farthest = farthest.max(away);
-            cells += usize::from(away > rim + ROUNDING);
-        }
-    }
-    Outside {
-        share: cells as f64 / section.voxels as f64,
-        farthest,
-    }
-}
-
 /// Draws with the first `count` variants, as many at once as there are threads; what the others halve is the step that the second
 /// one took.
 fn variants(
@@ -348,7 +312,7 @@ impl Court<'_> {
     }
 
     /// Share of the section over metal whose foot stays solid.
-    fn unfused(&self, foot: &Field) -> f64 {
+    fn unfused(&self, foot: &Field) -> Option<f64> {
         let melting = self.plan.settings.material.liquidus;
         let grid = &foot.grid;
         let top = grid.planes() - 1;
@@ -373,7 +337,7 @@ impl Court<'_> {
                 }
             }
         }
-        f64::from(solid) / f64::from(cells.max(1))
+        (cells > 0).then(|| f64::from(solid) / f64::from(cells))
     }
 
     /// A run with its own window, and that of the run as set.
@@ -393,7 +357,13 @@ impl Court<'_> {
                 &plan.contour,
                 plan.settings.job.checks.rim.0,
                 self.judging.part.as_ref(),
-                &tally,
+                area_within(&plan.contour, self.judging.part.as_ref()),
+            ),
+            hole: fullest_hole(
+                &drawn.highest,
+                classes.melting,
+                &plan.contour,
+                self.judging.part.as_ref(),
             ),
             variant: Variant::ALL[n],
             resolution: Resolution {
@@ -447,6 +417,20 @@ impl Court<'_> {
         let runs = runs
             .map(|(n, ((wanted, drawn), own))| self.run(n, *wanted, drawn, [own, &windows[0]]))
             .collect();
+        let surfaces: Vec<Surface<'_>> = drawn
+            .iter()
+            .zip(Variant::ALL)
+            .map(|((_, drawn), variant)| Surface {
+                variant,
+                highest: &drawn.surface,
+            })
+            .collect();
+        let ends = ends(
+            &self.plan.settings,
+            previewed.path,
+            &surfaces,
+            |field, classes| self.tally(field, classes),
+        );
         let (_, first) = drawn.into_iter().next().ok_or(EbmError::GoodBody)?;
         Ok(JudgedPath {
             runs,
@@ -454,12 +438,7 @@ impl Court<'_> {
                 .highest
                 .zip(self.on_charts)
                 .map(|(highest, classes)| self.tally(highest, classes)),
-            ends: ends(
-                &self.plan.settings,
-                previewed.path,
-                &first.surface,
-                |field, classes| self.tally(field, classes),
-            ),
+            ends,
             undrawn: {
                 let (grid, contour) = (&first.highest.grid, &self.plan.contour);
                 let part = self.judging.part.as_ref();
@@ -528,51 +507,4 @@ pub fn judge_paths(
             .map(|(path, drawn)| court.judged(path, drawn?, &windows))
             .transpose()?,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use meltpath_geometry::math::DVec3;
-    use meltpath_thermal::grid::Grid;
-
-    /// A square of 1 mm, metal molten 0.2 mm beyond two of its sides: one row of cells lies beyond the rim, none in the other part.
-    #[test]
-    fn what_melts_outside_is_counted_beyond_the_rim() {
-        let edge = DVec3::new(0.1, 0.1, 0.1);
-        let grid = Grid::covering(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.1), edge);
-        let grid = grid.unwrap();
-        let values = (0..grid.len())
-            .map(|n| grid.centre(n % grid.cells[0], n / grid.cells[0], 0))
-            .map(|c| {
-                if c.x.abs() < 0.7 && c.y.abs() < 0.5 {
-                    2100.0
-                } else {
-                    900.0
-                }
-            })
-            .collect();
-        let field = Field { grid, values };
-        let square = Contour::rectangle([1.0, 1.0]);
-        let classes = Classes {
-            melting: 2000.0,
-            window: [2050.0, 2200.0],
-        };
-        let section = tally(&field, &classes, &square, 0.0, None);
-        assert_eq!((section.voxels, of_all(&section, Class::Good)), (100, 1.0));
-        let found = outside(&field, 2000.0, &square, 0.1, None, &section);
-        assert!(
-            (found.share - 0.2).abs() < 1e-9 && (found.farthest - 0.15).abs() < 1e-9,
-            "{found:?}"
-        );
-        let right = Rectangle {
-            low: [0.0, -1.0],
-            high: [0.6, 1.0],
-        };
-        let found = outside(&field, 2000.0, &square, 0.1, Some(&right), &section);
-        assert!(
-            found.share == 0.0 && (found.farthest - 0.05).abs() < 1e-9,
-            "{found:?}"
-        );
-    }
 }

@@ -11,7 +11,7 @@ use meltpath_thermal::charts::file as chart_file;
 use super::cost;
 use super::error::EbmError;
 use super::gun::drawn::foretold;
-use super::judge::verdict;
+use super::judge::{facts, verdict};
 use super::plan::{Plan, planned};
 use super::simulate::simulate;
 use crate::job::{EbmJob, JobError, Written};
@@ -70,7 +70,7 @@ pub fn run(
     tell_kept(&kept, observer);
     let verdict = Verdict {
         checks: verdict::checks(settings, &outcome),
-        facts: verdict::facts(&plan, &outcome),
+        facts: facts::facts(&plan, &outcome),
         warnings: reporter.warnings(),
     };
     let mut provenance = settings.provenance.clone();

@@ -298,6 +298,8 @@ table! {
         outside: Ratio where not_negative => default("1 %", "as much as may stay powder inside");
         /// Greatest distance from the contour at which metal melts.
         farthest: Length where not_negative => default("0.2 mm", "half the usual spot: a line on the contour melts as far");
+        /// Greatest share of one hole of the region that melts; what lies within the rim counts, too.
+        holes: Ratio where within(0.0, 1.0) => default("50 %", "ours: half of a hole left open; set what yours must keep");
     }
 }
 

@@ -170,7 +170,8 @@ fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
                 of(Class::Porous),
                 of(Class::Good),
                 of(Class::Overheated),
-                Cell::Fixed(100.0 * run.unfused, 1),
+                run.unfused
+                    .map_or(Cell::Empty, |share| Cell::Fixed(100.0 * share, 1)),
                 Cell::Fixed(100.0 * run.outside.share, 1),
                 Cell::Fixed(run.outside.farthest, 2),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),

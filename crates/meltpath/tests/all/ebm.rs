@@ -3,6 +3,7 @@
 mod charts;
 mod corrected;
 mod costs;
+mod greens;
 mod gun;
 mod judged;
 mod material;

@@ -13,8 +13,9 @@ use meltpath_thermal::grid::Field;
 use super::Correct;
 use crate::ebm::error::EbmError;
 use crate::ebm::gun::drawn as at_gun;
+use crate::ebm::judge::areas::outside;
 use crate::ebm::judge::under::{body, domain, ground};
-use crate::ebm::judge::{Outside, of_all, outside, tally, windows};
+use crate::ebm::judge::{Outside, of_all, tally, windows};
 use crate::ebm::plan::Plan;
 use crate::ebm::settings::Judge;
 
@@ -170,7 +171,14 @@ impl Stage<'_> {
         Round {
             cell: self.resolution.cell,
             window,
-            outside: outside(highest, melting, contour, rim, None, &tally),
+            outside: outside(
+                highest,
+                melting,
+                contour,
+                rim,
+                None,
+                contour.region().area(),
+            ),
             tally,
         }
     }

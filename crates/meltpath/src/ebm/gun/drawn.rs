@@ -110,8 +110,9 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
         return Check::not_checked(ID, TITLE, why);
     };
     let (unreached, first) = found.drawn.unreached;
+    let short = found.drawn.short;
     let places: usize = found.vain.iter().map(|(d, _)| d.places).sum();
-    let value = Measure::exact((places + unreached) as f64, "places");
+    let value = Measure::exact((places + unreached + short.lines) as f64, "places");
     let mut check = Check::judge(ID, TITLE, value, Limit::AtMost(0.0));
     let mut remedies: Vec<&str> = Vec::new();
     for (demand, layer) in &found.vain {
@@ -129,6 +130,15 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
         ));
         check.place.get_or_insert(Place::at([x, y, 0.0]));
         remedies.push("longer pieces of one current, or a change that is smaller");
+    }
+    if let Some([x, y]) = short.first {
+        check = check.because(&format!(
+            "where {} lines of the last layer end the beam is more than half its spot behind, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
+            short.lines,
+            1e3 * short.farthest
+        ));
+        check.place.get_or_insert(Place::at([x, y, 0.0]));
+        remedies.push("slower lines, or lines that are joined at their ends (hatch.strategy)");
     }
     if !found.unknown.is_empty() {
         check.status = check.status.max(Status::CannotSay);
@@ -155,7 +165,7 @@ pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
     let mut facts = vec![Fact::new("gun-jumps", title, waited, "")];
     if found.lags {
         let (beside, [x, y]) = drawn.beside;
-        let title = "farthest of the drawn beam from the planned lines";
+        let title = "farthest of the drawn beam from the line it draws";
         let value = Measure::exact(1e3 * beside, "µm");
         let fact = Fact::new("gun-beside", title, value, "last layer, beam on");
         facts.push(fact.at(Place::at([x, y, 0.0])));

@@ -25,23 +25,48 @@ pub(super) fn area_beyond(
     part: Option<&Rectangle>,
     below: Option<&Below>,
 ) -> f64 {
-    let kept = Rectangle {
+    let edges = Rectangle {
         low: [grid.origin.x, grid.origin.y],
         high: [0, 1].map(|a| grid.origin.to_array()[a] + grid.cells[a] as f64 * grid.edge[a]),
     };
+    counted(
+        contour,
+        inside,
+        part,
+        below,
+        (Some(&edges), grid.edge[0].min(grid.edge[1])),
+    )
+}
+
+/// Area of the contour, within the part where there is one, mm².
+pub(super) fn area_within(contour: &Contour, part: Option<&Rectangle>) -> f64 {
+    match part {
+        None => contour.region().area(),
+        Some(_) => counted(contour, 0.0, part, None, (None, 0.0)),
+    }
+}
+
+/// Area that lies deeper than `inside` in the contour, within the part, over metal and beyond `kept` where these are told, in cells no
+/// finer than `finest`, mm².
+fn counted(
+    contour: &Contour,
+    inside: f64,
+    part: Option<&Rectangle>,
+    below: Option<&Below>,
+    (kept, finest): (Option<&Rectangle>, f64),
+) -> f64 {
+    let beyond = |point: [f64; 2]| kept.is_none_or(|kept| kept.depth(point) < 0.0);
     let [low, high] = contour.bounds();
     let wanted = Rectangle {
         low: [0, 1].map(|a| part.map_or(low[a], |p| p.low[a].max(low[a]))),
         high: [0, 1].map(|a| part.map_or(high[a], |p| p.high[a].min(high[a]))),
     };
     let size = [0, 1].map(|a| wanted.high[a] - wanted.low[a]);
-    let covered = kept.depth(wanted.low).min(kept.depth(wanted.high)) >= 0.0;
+    let covered = kept.is_some_and(|k| k.depth(wanted.low).min(k.depth(wanted.high)) >= 0.0);
     if covered || size[0].min(size[1]).is_nan() || size[0].min(size[1]) <= 0.0 {
         return 0.0;
     }
-    let cell = grid.edge[0]
-        .min(grid.edge[1])
-        .max((size[0] * size[1] / MOST).sqrt());
+    let cell = finest.max((size[0] * size[1] / MOST).sqrt());
     let raster = Raster {
         origin: DVec2::from_array(wanted.low) + 0.5 * cell,
         cell,
@@ -53,7 +78,7 @@ pub(super) fn area_beyond(
     let metal = metal.map(|areas| rasterise(&areas, &raster));
     let counts = |&(ix, iy): &(usize, usize)| {
         let centre = (raster.origin + DVec2::new(ix as f64, iy as f64) * cell).to_array();
-        kept.depth(centre) < 0.0
+        beyond(centre)
             && wanted.depth(centre) > 0.0
             && metal.as_ref().is_none_or(|m| m.contains(ix, iy))
             && (inside <= 0.0 || contour.depth(centre) > inside)

@@ -1,6 +1,7 @@
 //! Where a pool of conduction ends: the laws of the material, and what its surface tension holds against the recoil of vapour.
 
 use meltpath_base::{Fact, Measure, Reporter};
+use meltpath_melt_strategy::judgement::Variant;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::Field;
@@ -30,10 +31,21 @@ pub struct Passed {
     pub end: End,
     /// Where, K.
     pub kelvin: f64,
-    /// The hottest place of the surface, K.
-    pub hottest: f64,
-    /// Share of the section whose surface is hotter than the end.
+    /// The hottest place of the surface of the run that gets hottest, K, and which run that is.
+    pub hottest: (f64, Variant),
+    /// That of the run as set, K.
+    pub as_set: f64,
+    /// Share of the section whose surface is hotter than the end, the largest of these runs.
     pub share: f64,
+}
+
+/// Highest temperatures of the build plane in a run.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::ebm) struct Surface<'a> {
+    /// Which run.
+    pub(in crate::ebm) variant: Variant,
+    /// K.
+    pub(in crate::ebm) highest: &'a Field,
 }
 
 /// What is known of the ends of a path.
@@ -43,13 +55,16 @@ pub struct Ends {
     pub passed: Vec<Passed>,
     /// Whether the material tells where vapour moves the pool.
     pub known: bool,
+    /// The hottest place of the surface, K, in the run as set, with the largest change of the runs that show whether it is solved.
+    pub hottest: [f64; 2],
 }
 
-/// The ends that `path` passes, of whose uppermost cells `surface` holds the highest temperatures; `section` tallies what is judged.
+/// The ends that `path` passes in any of the runs that show whether it is solved: as set, with twice the cell, the planes, half the step,
+/// more ground. Where these disagree the path is not known to stay below. `section` tallies what is judged.
 pub(in crate::ebm) fn ends(
     settings: &Settings,
     path: &BeamPath,
-    surface: &Field,
+    surfaces: &[Surface<'_>],
     section: impl Fn(&Field, &Classes) -> Tally,
 ) -> Ends {
     let material = &settings.material;
@@ -60,31 +75,45 @@ pub(in crate::ebm) fn ends(
         let pressure = limit.pressure;
         (End::Surface { radius, pressure }, limit.kelvin)
     });
-    let hottest = surface.largest().0;
+    let solved = surfaces.iter().filter(|s| !s.variant.is_of_power());
+    let solved: Vec<(f64, &Surface<'_>)> = solved.map(|s| (s.highest.largest().0, s)).collect();
+    let as_set = solved.first().map_or(f64::NAN, |(kelvin, _)| *kelvin);
+    let changes = solved.iter().map(|(kelvin, s)| {
+        let other = &solved[s.variant.compared().min(solved.len() - 1)];
+        (kelvin - other.0).abs()
+    });
+    let change = changes.fold(0.0, f64::max);
+    let hottest = solved.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let hottest = hottest.map_or((as_set, Variant::Base), |(kelvin, s)| (*kelvin, s.variant));
     let above = |(end, kelvin): (End, f64)| {
         let classes = Classes {
             melting: kelvin,
             window: [kelvin, f64::INFINITY],
         };
-        let tally = section(surface, &classes);
+        let share = |(_, s): &(f64, &Surface<'_>)| {
+            let tally = section(s.highest, &classes);
+            tally.molten() as f64 / tally.voxels.max(1) as f64
+        };
         Passed {
             end,
             kelvin,
             hottest,
-            share: tally.molten() as f64 / tally.voxels.max(1) as f64,
+            as_set,
+            share: solved.iter().map(share).fold(0.0, f64::max),
         }
     };
     let all = [Some((End::Laws, material.range[1])), surface_ends];
     let mut passed: Vec<Passed> = all
         .into_iter()
         .flatten()
-        .filter(|(_, kelvin)| hottest > *kelvin)
+        .filter(|(_, kelvin)| hottest.0 > *kelvin)
         .map(above)
         .collect();
     passed.sort_by(|a, b| a.kelvin.total_cmp(&b.kelvin));
     Ends {
         passed,
         known: pool.is_some(),
+        hottest: [as_set, change],
     }
 }
 
@@ -95,10 +124,19 @@ impl Passed {
             End::Laws => format!("the laws of {material} end"),
             End::Surface { .. } => "a still pool ends".to_owned(),
         };
+        let (hottest, variant) = self.hottest;
+        let run = match variant {
+            Variant::Base => String::new(),
+            variant => format!(
+                " with {} ({:.0} °C as set)",
+                variant.words(),
+                self.as_set - CELSIUS
+            ),
+        };
         format!(
-            "the surface reaches {:.0} °C, {:.0} K above {:.0} °C, where {what}; {:.1} % of the section are hotter than that",
-            self.hottest - CELSIUS,
-            self.hottest - self.kelvin,
+            "the surface reaches {:.0} °C{run}, {:.0} K above {:.0} °C, where {what}; {:.1} % of the section are hotter than that",
+            hottest - CELSIUS,
+            hottest - self.kelvin,
             self.kelvin - CELSIUS,
             100.0 * self.share
         )
@@ -116,6 +154,18 @@ impl Passed {
         let place = Measure::exact(self.kelvin - CELSIUS, "°C");
         let title = "temperature of the surface at which a still pool ends";
         Some(Fact::new("pool-end", title, place, &words))
+    }
+}
+
+impl Ends {
+    /// How hot the build plane itself gets.
+    pub fn fact(&self) -> Option<Fact> {
+        let [kelvin, change] = self.hottest;
+        let value = Measure::new(kelvin - CELSIUS, change, "°C");
+        let words = "the build plane itself, by the heat that enters its uppermost cells; with what the runs of the judge change of it";
+        kelvin
+            .is_finite()
+            .then(|| Fact::new("surface", "hottest place of the surface", value, words))
     }
 }
 

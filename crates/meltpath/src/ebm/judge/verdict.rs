@@ -1,17 +1,16 @@
 //! The verdict of an electron-beam run. Charts preview and decide nothing; the reference solver judges the whole section, and where its
 //! figures are not converged it cannot say either.
 
-use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_melt_strategy::judgement::{CONVERGED, KEPT, Share, Variant};
 use meltpath_thermal::criteria::{Class, Tally};
-use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 
 use crate::ebm::gun::drawn as at_gun;
 use crate::ebm::judge::advice::{MORE, Needs};
-use crate::ebm::judge::ends::{Ends, Passed};
-use crate::ebm::judge::{JudgedPath, Run, melts_at_the_edge, of_all};
-use crate::ebm::plan::Plan;
+use crate::ebm::judge::ends::Ends;
+use crate::ebm::judge::facts::Shown;
+use crate::ebm::judge::{Hole, JudgedPath, Run, melts_at_the_edge, of_all};
 use crate::ebm::settings::{Good, Judge, Settings};
 use crate::ebm::simulate::Outcome;
 use crate::job::ebm::ChecksTable;
@@ -34,6 +33,7 @@ const FARTHEST: [&str; 2] = [
     "molten-farthest",
     "farthest from the contour that metal melts",
 ];
+const HOLES: [&str; 2] = ["holes", "largest share of a hole that melts"];
 /// Share of a section far beside the path from which a remedy names it.
 const LEFT_OUT: f64 = 1e-3;
 const JUDGE: &str =
@@ -85,6 +85,7 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         tally: &path.runs[0].tally,
         ends: &path.ends,
         cut: melts_at_the_edge(&path.highest, settings.material.liquidus),
+        empty: empty(path),
         material: &settings.material,
         needs,
     };
@@ -111,21 +112,64 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let check = |[id, title]: [&str; 2], (figure, limit): &(Figure, Limit), cure: &str| {
         section.check([id, title], figure, *limit, cure)
     };
-    vec![
+    let coarse = coarse(path, limits);
+    let rim = |check: Check| match &coarse {
+        Some(doubt) => doubt.on(check),
+        None => check,
+    };
+    let mut checks = vec![
         check(IN_WINDOW, &figures.in_window, &drawn(&cure)).because(&words),
         check(UNMELTED, &figures.unmelted, &drawn(&needs.heat())),
-        check(UNFUSED, &figures.unfused, &drawn(&unfused)),
-        check(OUTSIDE, &figures.outside, needs.rim())
+        match &figures.unfused {
+            Some(figure) => check(UNFUSED, figure, &drawn(&unfused)),
+            None => Check::not_checked(
+                UNFUSED[0],
+                UNFUSED[1],
+                "no metal lies below the section, only powder",
+            ),
+        },
+        rim(check(OUTSIDE, &figures.outside, needs.rim()))
             .because(&format!("beyond {} mm of the contour", limits.rim.0)),
-        check(FARTHEST, &figures.farthest, needs.rim()),
-    ]
+        rim(check(FARTHEST, &figures.farthest, needs.rim())),
+    ];
+    if let (Some(figure), Some(hole)) = (&figures.holes, path.runs[0].hole) {
+        let cure = format!("{}; or a wider hole", needs.rim());
+        let [x, y] = hole.middle;
+        checks.push(rim(check(HOLES, figure, &cure)).at(Place::at([x, y, 0.0])));
+    }
+    checks
+}
+
+/// The first run besides the one as set in whose cells nothing of the section lies.
+fn empty(path: &JudgedPath) -> Option<Variant> {
+    let runs = path.runs.iter();
+    let mut empty = runs.filter(|run| run.tally.voxels == 0);
+    empty.next().map(|run| run.variant)
+}
+
+/// Where cells are too coarse for distances of the rim.
+fn coarse(path: &JudgedPath, limits: &ChecksTable) -> Option<Doubt> {
+    let (cell, rim) = (path.runs[0].resolution.cell, limits.rim.0);
+    // without a rim, against what may melt farthest
+    let least = if rim > 0.0 { rim } else { limits.farthest.0 };
+    (least > 0.0 && cell > least * (1.0 + 1e-9)).then(|| Doubt {
+        reason: format!(
+            "cells of {:.0} µm are larger than the {:.0} µm from the contour that they would have to show",
+            1e3 * cell,
+            1e3 * least
+        ),
+        remedy: "finer cells (judge.cell)".to_owned(),
+    })
 }
 
 /// What is judged, each with its limit.
 struct Figures {
     in_window: (Figure, Limit),
     unmelted: (Figure, Limit),
-    unfused: (Figure, Limit),
+    /// `None` where no metal lies below.
+    unfused: Option<(Figure, Limit)>,
+    /// `None` where the region has no holes.
+    holes: Option<(Figure, Limit)>,
     outside: (Figure, Limit),
     farthest: (Figure, Limit),
 }
@@ -154,7 +198,15 @@ impl Figures {
                 share(|run| of_all(&run.tally, Class::Unmelted)),
                 at_most(limits.unmelted.0),
             ),
-            unfused: (share(|run| run.unfused), at_most(limits.unfused.0)),
+            unfused: path.runs[0].unfused.map(|_| {
+                let figure = share(|run| run.unfused.unwrap_or(f64::NAN));
+                (figure, at_most(limits.unfused.0))
+            }),
+            holes: path.runs[0].hole.map(|_| {
+                let of = |hole: Option<Hole>| hole.map_or(f64::NAN, |hole| hole.share);
+                let share = path.moved(|run| of(run.hole));
+                (Figure::share(share), at_most(limits.holes.0))
+            }),
             outside: (share(|run| run.outside.share), at_most(limits.outside.0)),
             farthest: (farthest, Limit::AtMost(limits.farthest.0)),
         }
@@ -169,9 +221,11 @@ fn needs(path: &JudgedPath, figures: &Figures) -> Needs {
     };
     let run = &path.runs[0];
     let of_others = Needs {
-        heat: beyond(&figures.unmelted) || beyond(&figures.unfused),
+        heat: beyond(&figures.unmelted) || figures.unfused.as_ref().is_some_and(beyond),
         cold: !path.ends.passed.is_empty(),
-        narrow: beyond(&figures.outside) || beyond(&figures.farthest),
+        narrow: beyond(&figures.outside)
+            || beyond(&figures.farthest)
+            || figures.holes.as_ref().is_some_and(beyond),
     };
     let first_end = path.ends.passed.first().map(|p| p.kelvin);
     let out_of_reach = first_end.is_some_and(|kelvin| run.classes.window[0] >= kelvin);
@@ -250,6 +304,8 @@ struct Section<'a> {
     ends: &'a Ends,
     /// Whether metal melts up to the edge of what is kept.
     cut: bool,
+    /// A run in whose cells nothing of the section lies.
+    empty: Option<Variant>,
     material: &'a Material,
     needs: Needs,
 }
@@ -284,6 +340,7 @@ impl Section<'_> {
             self.unknown(),
             self.in_part(),
             self.cut_off(),
+            self.no_cell(),
         ];
         let doubts = doubts.into_iter().flatten().chain(self.hot());
         let check = doubts.fold(check, |check, doubt| {
@@ -380,6 +437,17 @@ impl Section<'_> {
         })
     }
 
+    /// Where a coarser run says nothing of the section.
+    fn no_cell(&self) -> Option<Doubt> {
+        self.empty.map(|variant| Doubt {
+            reason: format!(
+                "no cell of the run with {} lies in the section: nothing tells what cells change",
+                variant.words()
+            ),
+            remedy: "finer cells (judge.cell)".to_owned(),
+        })
+    }
+
     fn in_part(&self) -> Option<Doubt> {
         self.judging.part.map(|_| Doubt {
             reason: "only judge.part was judged, not the whole section".to_owned(),
@@ -392,6 +460,27 @@ impl Section<'_> {
 struct Doubt {
     reason: String,
     remedy: String,
+}
+
+impl Doubt {
+    /// A check that this leaves undecided, where it does not fail.
+    fn on(&self, check: Check) -> Check {
+        if check.status == Status::Fail {
+            return check.because(&self.reason);
+        }
+        let told = check.remedy.clone().filter(|told| !told.is_empty());
+        let remedy = match told {
+            Some(told) if told.contains(&self.remedy) => told,
+            Some(told) => format!("{told}; {}", self.remedy),
+            None => self.remedy.clone(),
+        };
+        Check {
+            status: check.status.max(Status::CannotSay),
+            ..check
+        }
+        .because(&self.reason)
+        .remedy(remedy)
+    }
 }
 
 /// The share in the window as the reports tell it.
@@ -428,167 +517,4 @@ fn in_words(path: &JudgedPath, share: &Share, window: [f64; 2]) -> String {
         1e6 * resolution.step,
         changes.join("; ")
     )
-}
-
-/// The last drawing, on the best model that drew the path.
-struct Shown<'a> {
-    highest: &'a Field,
-    tally: &'a Tally,
-    words: &'static str,
-}
-
-impl<'a> Shown<'a> {
-    fn of(outcome: &'a Outcome) -> Option<Self> {
-        if let Some(judged) = &outcome.judged {
-            let path = judged.better.as_ref().unwrap_or(&judged.given);
-            return Some(Shown {
-                highest: &path.highest,
-                tally: &path.runs[0].tally,
-                words: "on the reference solver",
-            });
-        }
-        let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
-        if let Some(there) = there {
-            return Some(Shown {
-                highest: &there.better.0,
-                tally: &there.better.1,
-                words: "preview by one run of the reference solver",
-            });
-        }
-        Self::on_charts(outcome)
-    }
-
-    fn on_charts(outcome: &'a Outcome) -> Option<Self> {
-        let drawn = outcome.preview.as_ref()?.shown();
-        Some(Shown {
-            highest: &drawn.highest,
-            tally: &drawn.tally,
-            words: "preview by charts",
-        })
-    }
-
-    /// The share in the window of what melts, and what stays powder, as facts.
-    fn shares(&self, [window, powder]: [&str; 2]) -> [Fact; 2] {
-        let percent = |share: f64| Measure::exact(100.0 * share, "%");
-        let unmelted = of_all(self.tally, Class::Unmelted);
-        let melt = "molten voxels of the region in the window";
-        [
-            Fact::new(
-                window,
-                melt,
-                percent(self.tally.share(Class::Good)),
-                self.words,
-            ),
-            Fact::new(
-                powder,
-                "region that stays powder",
-                percent(unmelted),
-                self.words,
-            ),
-        ]
-    }
-}
-
-/// What leaves as vapour: of the heat, of the metal, and of the element that loses most of itself.
-fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
-    let (material, ledger) = (&settings.material, &path.runs[0].ledger);
-    let words = "on the reference solver";
-    let heat = Measure::exact(100.0 * ledger.vapour_share(), "%");
-    let title = "heat of the beam that vapour carries away";
-    let mut facts = vec![Fact::new("vapour", title, heat, words)];
-    let Some(law) = material.evaporation.as_ref().filter(|_| path.molten > 0.0) else {
-        return facts;
-    };
-    // as much metal as a layer adds where it melts
-    let layer = 1e-9 * material.density(material.start) * settings.job.ebm.layer.0 * path.molten;
-    let lost: f64 = ledger.vapour.iter().sum();
-    let title = "metal of the last layer that leaves as vapour";
-    let mass = Measure::exact(1e6 * lost, "mg");
-    let share = 100.0 * lost / layer.max(f64::MIN_POSITIVE);
-    let told = format!("{share:.2} % of what the layer adds, {words}");
-    facts.push(Fact::new("vapour-mass", title, mass, &told));
-    let shares = law.by_mass().into_iter().zip(ledger.vapour);
-    let lost = shares.map(|(share, lost)| lost / (share * layer).max(f64::MIN_POSITIVE));
-    let lost = law.components.iter().zip(lost);
-    if let Some((component, share)) = lost.max_by(|a, b| a.1.total_cmp(&b.1)) {
-        let title = format!("share of its {} that the layer loses", component.name);
-        let share = Measure::exact(100.0 * share, "%");
-        let told = format!("at most: the surface is taken as rich in it as the melt, {words}");
-        facts.push(Fact::new("vapour-element", &title, share, &told));
-    }
-    facts
-}
-
-/// What the judged layer is laid on, and what is assumed of it.
-fn ground(judging: &Judge, path: &JudgedPath) -> Option<Fact> {
-    let last = path.layers.last()?;
-    let [mean, highest] = last.before.map(|k| k - CELSIUS);
-    let words = match (path.layers.len() - 1, judging.between) {
-        (0, _) => "assumed: all of it is at the start temperature; with ebm.layers the layers below it are drawn, and keep their heat".to_owned(),
-        (below, None) => format!(
-            "assumed: each of the {below} layers drawn below it starts at the start temperature (judge.memory = \"metal\")"
-        ),
-        (below, Some(between)) => format!(
-            "at most {highest:.0} °C, left by the {below} layers drawn below it, {} s after each; what lies below these was at the start temperature",
-            between.time
-        ),
-    };
-    let title = "mean temperature of what the last layer is laid on";
-    let value = Measure::exact(mean, "°C");
-    Some(Fact::new("ground-before", title, value, &words))
-}
-
-/// What is told beside the checks.
-pub(in crate::ebm) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
-    let path = outcome.path(plan);
-    let time = Measure::exact(path.end() - path.begin(), "s");
-    let time = Fact::new("time-path", "time of the path", time, "");
-    let mut facts = vec![time];
-    facts.extend(at_gun::facts(outcome.gun.as_ref()));
-    let Some(shown) = Shown::of(outcome) else {
-        return facts;
-    };
-    let (hottest, [i, j, k]) = shown.tally.hottest;
-    // of a region without area no place is the hottest
-    if hottest.is_finite() {
-        let place = Place::at(shown.highest.grid.centre(i, j, k).to_array());
-        let celsius = Measure::exact(hottest - CELSIUS, "°C");
-        let title = "hottest place of the region";
-        facts.push(Fact::new("hottest", title, celsius, shown.words).at(place));
-    }
-    if let Some(judged) = &outcome.judged {
-        let path = judged.better.as_ref().unwrap_or(&judged.given);
-        facts.extend(path.ends.passed.iter().filter_map(Passed::fact));
-        facts.extend(vapour(&plan.settings, path));
-        let judging = plan.settings.judge.as_ref();
-        facts.extend(judging.and_then(|judging| ground(judging, path)));
-        for (id, title, class) in [
-            (
-                "below-window",
-                "section molten below the window",
-                Class::Porous,
-            ),
-            (
-                "above-window",
-                "section above the window",
-                Class::Overheated,
-            ),
-        ] {
-            let share = Measure::exact(100.0 * of_all(shown.tally, class), "%");
-            facts.push(Fact::new(id, title, share, shown.words));
-        }
-    } else if outcome
-        .found
-        .as_ref()
-        .is_some_and(|f| f.reference.is_some())
-    {
-        facts.extend(shown.shares(["in-window-search", "unmelted-search"]));
-    }
-    let on_charts = Shown::on_charts(outcome);
-    facts.extend(
-        on_charts
-            .iter()
-            .flat_map(|s| s.shares(["in-window-charts", "unmelted-charts"])),
-    );
-    facts
 }

@@ -152,6 +152,13 @@ impl Contour {
         if inside { nearest } else { -nearest }
     }
 
+    /// Its holes, each as a contour of its own.
+    pub fn holes(&self) -> impl Iterator<Item = Contour> {
+        self.holes
+            .iter()
+            .map(|corners| Contour::new(corners.clone()))
+    }
+
     /// Lowest and highest corner.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let fold = |start: f64, of: fn(f64, f64) -> f64| {

@@ -53,7 +53,7 @@ fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
         "{mass} {aluminium}"
     );
     // less power, as it says
-    let cold = check(&verdict("efficiency = \"50 %\"\n"));
+    let cold = check(&verdict("efficiency = \"45 %\"\n"));
     assert_eq!(cold.status, Status::Pass, "{}", cold.reason);
     // a gas of a bar lets less go
     let (free, _) = fact(&hot, "vapour");
@@ -63,7 +63,7 @@ fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
     let text = meltpath_data::materials::TI6AL4V_EBM.text;
     let (before, _) = text.split_once("[surface_tension]").unwrap();
     std::fs::write(dir.path().join("own.toml"), before).unwrap();
-    let unknown = check(&verdict("material = \"own.toml\"\nefficiency = \"50 %\"\n"));
+    let unknown = check(&verdict("material = \"own.toml\"\nefficiency = \"45 %\"\n"));
     assert_eq!(unknown.status, Status::CannotSay);
     assert!(unknown.remedy.unwrap().contains("[surface_tension]"));
 }
@@ -164,7 +164,7 @@ fn a_layer_stands_on_what_the_one_below_left() {
     let file = dir.path().join("job.toml");
     let run = |layers: u32, judge: &str| {
         let text = format!(
-            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nlayers = {layers}\nefficiency = \"50 %\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{judge}"
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nlayers = {layers}\nefficiency = \"45 %\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{judge}"
         );
         std::fs::write(&file, text).unwrap();
         let out = dir.path().join("out");
