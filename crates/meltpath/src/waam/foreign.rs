@@ -10,6 +10,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_programs::Program;
 use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::NotHeld;
+use meltpath_toolpath::Toolpath;
 
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
@@ -39,6 +40,7 @@ use crate::waam::judge::checks::{
 };
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::facts::build_facts;
+use crate::waam::plan::other_job;
 use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::{files, toolpath_file};
@@ -73,6 +75,7 @@ pub fn simulate_program(
         parsed,
         files,
         commands,
+        toolpath,
     } = if toolpath_file::is_package(main) {
         let name = loaded.as_ref().map_or("toolpath", |l| &l.name);
         of_toolpath((main, name), settings, (&reporter, observer))?
@@ -86,6 +89,9 @@ pub fn simulate_program(
         .filter(|loaded| loaded.settings.surface.is_none())
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
+    if let Some(toolpath) = toolpath.filter(|_| job.is_some()) {
+        other_job::tell(&toolpath, part.as_ref(), settings, &reporter);
+    }
     let own = match (&loaded, &part) {
         (Some(loaded), Some(part)) => own_plan(loaded, part, &commands, (&reporter, observer))?,
         _ => None,
@@ -185,6 +191,8 @@ struct Executed {
     parsed: Vec<Program>,
     files: Vec<PathBuf>,
     commands: Commands,
+    /// The plan that was read, where it was no program.
+    toolpath: Option<Toolpath>,
 }
 
 /// A program and those that it calls, lowered to the plate.
@@ -212,6 +220,7 @@ fn of_program(
         parsed,
         files,
         commands,
+        toolpath: None,
     })
 }
 
@@ -232,6 +241,7 @@ fn of_toolpath(
         parsed: programs.parsed,
         files: vec![path.to_path_buf()],
         commands,
+        toolpath: Some(toolpath),
     })
 }
 

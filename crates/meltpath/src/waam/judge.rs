@@ -132,6 +132,8 @@ pub struct TargetOutcome {
     pub low: Comparison,
     /// One standard deviation higher.
     pub high: Comparison,
+    /// Standard uncertainty of where metal ends sideways, mm.
+    pub edge: f64,
 }
 
 /// What to do about checks that fail, where it depends on what the job already says.
@@ -173,9 +175,6 @@ impl Remedies {
     }
 }
 
-/// From here on a unit normal looks up more than sideways.
-const UPWARD: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
 /// Checks that compare the metal with the finished part.
 pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedies) -> Vec<Check> {
     let share = |v: f64| 100.0 * v / outcome.volume;
@@ -209,23 +208,31 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedi
         )
         .remedy(remedies.excess),
     ];
-    if let (Some((stock, at)), Some((low, _)), Some((high, _))) = (e.stock, l.stock, h.stock) {
-        checks.push(
-            Check::judge(
-                "stock",
-                "machining stock over the finished part",
-                Measure::new(stock, spread(low, high), "mm"),
-                Limit::AtLeast(limits.stock_min),
-            )
-            .at(Place::at(at.position.to_array()))
-            .remedy(if at.normal.z > UPWARD {
-                "raise target.allowance_top"
-            } else {
-                "raise target.allowance"
-            }),
-        );
-    }
+    checks.extend(stock_check(outcome, limits));
     checks
+}
+
+/// Machining stock at the place most likely below its limit. Over faces that look sideways it is known no better than where the metal ends
+/// there, and that moves by half of what the bead's width does; over slopes the share of it that their normal has.
+fn stock_check(outcome: &TargetOutcome, limits: &Limits) -> Option<Check> {
+    let (e, l, h) = (&outcome.expected, &outcome.low, &outcome.high);
+    let limit = Limit::AtLeast(limits.stock_min);
+    let faces = e.stock.iter().zip(l.stock.iter().zip(&h.stock));
+    let places = faces.filter_map(|(stock, (low, high))| {
+        let (stock, at) = (*stock)?;
+        let of_height = 0.5 * ((*low)?.0 - (*high)?.0).abs();
+        let of_edge = outcome.edge * at.normal.truncate().length();
+        let sigma = of_height.hypot(of_edge);
+        Some((at, Measure::new(stock, sigma, "mm")))
+    });
+    let (at, stock) = worst::worst(places, limit)?;
+    let title = "machining stock over the finished part";
+    let check = Check::judge("stock", title, stock, limit).at(Place::at(at.position.to_array()));
+    Some(check.remedy(if at.looks_up() {
+        "raise target.allowance_top"
+    } else {
+        "raise target.allowance"
+    }))
 }
 
 /// Checks of layers: height, flatness, accumulations.
@@ -394,10 +401,40 @@ mod tests {
             expected: with(0.0),
             low: with(30.0),
             high: with(0.0),
+            edge: 0.0,
         };
         let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
         assert_eq!(checks[0].status, Status::CannotSay);
         assert!((checks[0].value.as_ref().unwrap().sigma.unwrap() - 1.5).abs() < 1e-12);
+    }
+
+    /// Enough metal over a well known top, less of it than is known of a flank.
+    #[test]
+    fn stock_of_flanks_carries_how_wide_the_bead_is() {
+        let at = |normal| SurfacePoint {
+            position: DVec3::ZERO,
+            normal,
+        };
+        let compared = |top: f64| Comparison {
+            stock: [Some((top, at(DVec3::Z))), Some((0.9, at(DVec3::X)))],
+            ..Comparison::default()
+        };
+        let found = |edge: f64| {
+            let outcome = TargetOutcome {
+                volume: 1000.0,
+                expected: compared(0.8),
+                low: compared(0.7),
+                high: compared(0.9),
+                edge,
+            };
+            let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
+            checks.into_iter().find(|c| c.id == "stock").unwrap()
+        };
+        let (known, unknown) = (found(0.0), found(0.7));
+        assert_eq!(known.status, Status::Pass);
+        assert_eq!(known.value.unwrap().value, 0.8);
+        assert_ne!(unknown.status, Status::Pass);
+        assert_eq!(unknown.value.unwrap(), Measure::new(0.9, 0.7, "mm"));
     }
 
     #[test]
@@ -411,7 +448,7 @@ mod tests {
                 normal,
             };
             let bare = Comparison {
-                stock: Some((0.0, point)),
+                stock: [Some((0.0, point)), None],
                 ..Comparison::default()
             };
             let outcome = TargetOutcome {
@@ -419,6 +456,7 @@ mod tests {
                 expected: bare.clone(),
                 low: bare.clone(),
                 high: bare,
+                edge: 0.1,
             };
             let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
             let stock = checks.iter().find(|c| c.id == "stock").unwrap();

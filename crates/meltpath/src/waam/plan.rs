@@ -5,6 +5,7 @@ pub(crate) mod foretell;
 pub(crate) mod heights;
 pub(crate) mod laid;
 pub(crate) mod mend;
+pub(crate) mod other_job;
 pub(crate) mod own;
 pub(crate) mod planned;
 pub(crate) mod profile;

@@ -508,6 +508,11 @@ impl Settings {
         }
     }
 
+    /// Standard uncertainty of where the metal ends beside the axis of its outermost bead, mm: half of that of the bead's width.
+    pub fn edge_error(&self) -> f64 {
+        0.5 * self.bead.width.sigma
+    }
+
     /// Metal over faces that look up: as written, else what lies over sides, mm.
     pub fn least_over(&self) -> f64 {
         self.allowance_top.unwrap_or(self.allowance)

@@ -107,6 +107,50 @@ fn a_flat_wall_comes_back_as_its_plan() {
     assert_eq!(bytes(&dir.path().join("whole")), bytes(&native.folder));
 }
 
+/// Of the plan of another job it is told what stays as the plan has it: a bead, and a part.
+#[test]
+fn the_plan_of_another_job_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = wall(dir.path(), "toolpath = \"3mf\"");
+    let native = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let own = fs::read_to_string(&job).unwrap();
+    let block = shapes::extrude(&[shapes::plate(30.0, 20.0)], 6.0);
+    part(dir.path(), "block.stl", &block);
+    let bead = own.replace("8 m/min", "7 m/min").replace("0.75", "0.8");
+    let other_part = own.replace("wall.stl", "block.stl");
+    for (name, text, words) in [
+        ("own", own, [].as_slice()),
+        (
+            "bead",
+            bead,
+            &[
+                "wire feed 8.00 m/min, the job's 7.00 m/min",
+                "travel speed 0.75 m/min, the job's 0.80 m/min",
+                "bead width",
+            ],
+        ),
+        (
+            "part",
+            other_part,
+            &["beads reach from", "the job's part from"],
+        ),
+    ] {
+        let job = write(dir.path(), format!("{name}.toml"), text);
+        let reporter = Reporter::new();
+        let plan = native.folder.join("toolpath.melt");
+        let out = dir.path().join(name);
+        program_to_folder(&job, &plan, &out, Wanted::WHOLE, (&reporter, &Silent)).unwrap();
+        let again = simulated(&native.folder.join(NAME), &job, &format!("again-{name}"));
+        for warnings in [reporter.warnings(), again.verdict.warnings] {
+            let told = warnings.iter().find(|w| w.code == "plan-of-another-job");
+            assert_eq!(told.is_some(), !words.is_empty(), "{warnings:?}");
+            if let Some(told) = told {
+                says(&told.message, words);
+            }
+        }
+    }
+}
+
 /// What a profile of other software does not say is that of the job, and the metal is not decided about.
 #[test]
 fn what_a_profile_does_not_say_or_says_more_leaves_the_metal_open() {

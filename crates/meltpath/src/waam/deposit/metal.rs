@@ -129,5 +129,6 @@ pub(in crate::waam) fn against_part(
         expected: at(0.0),
         low: at(-1.0),
         high: at(1.0),
+        edge: settings.edge_error(),
     })
 }

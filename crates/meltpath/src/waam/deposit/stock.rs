@@ -17,6 +17,16 @@ pub struct SurfacePoint {
     pub normal: DVec3,
 }
 
+/// From here on a unit normal looks up more than sideways.
+const UPWARD: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+impl SurfacePoint {
+    /// Whether it looks up more than sideways.
+    pub fn looks_up(&self) -> bool {
+        self.normal.z > UPWARD
+    }
+}
+
 /// How far stock is looked for where the allowance is this, mm.
 pub(in crate::waam) fn reach(allowance: f64) -> f64 {
     (REACH.0 * allowance).max(REACH.1)

@@ -136,8 +136,9 @@ pub struct Comparison {
     pub lack_at: Option<(DVec3, f64)>,
     /// Where the tallest column of excess stands, and its height, mm.
     pub excess_at: Option<(DVec3, f64)>,
-    /// Smallest machining stock over the finished surface, mm (negative: metal is missing), and where.
-    pub stock: Option<(f64, SurfacePoint)>,
+    /// Smallest machining stock over the finished surface, mm (negative: metal is missing), and where: over faces that look up more than
+    /// sideways, and over those that look sideways.
+    pub stock: [Option<(f64, SurfacePoint)>; 2],
 }
 
 /// Compares the heights of `map` over its plate, each as `shifted` makes it, with the target: what an error of growth would
@@ -223,15 +224,20 @@ fn row(map: &HeightMap, target: &Target, iy: usize) -> ColumnSums {
     sums
 }
 
-/// The smallest distance along the outward normal from the finished surface to the end of the metal.
-fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, SurfacePoint)> {
+/// The smallest distance along the outward normal from the finished surface to the end of the metal, over faces that look up and over those
+/// that look sideways.
+fn least_stock(map: &HeightMap, target: &Target) -> [Option<(f64, SurfacePoint)>; 2] {
     let reach = reach(target.allowance.side.max(target.allowance.top));
     let step = 0.25 * map.cell;
     let solid = |p: DVec3| p.z <= map.height(p.truncate());
     let of = |p: &SurfacePoint| stock(p, solid, step, reach);
     let all: Vec<f64> = target.surface.par_iter().map(of).collect();
-    let (i, least) = all.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
-    Some((*least, target.surface[i]))
+    let least = |up: bool| {
+        let all = all.iter().copied().zip(target.surface.iter().copied());
+        all.filter(|(_, p)| p.looks_up() == up)
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    [least(true), least(false)]
 }
 
 /// Those that can be machined, higher than `least`: not the base, not faces that rest on the plate or hang over, whose stock a height map
@@ -352,7 +358,7 @@ mod tests {
         let (map, target) = block(11.5);
         let c = compare(&map, &target, |h| h);
         assert_eq!((c.lack, c.excess), (0.0, 0.0));
-        let (stock, at) = c.stock.unwrap();
+        let (stock, at) = c.stock[1].unwrap();
         assert!(
             (stock - 1.0).abs() < 0.3 && at.position.x == 20.0,
             "{stock}"
@@ -364,7 +370,7 @@ mod tests {
         let (map, target) = block(9.0);
         let c = compare(&map, &target, |h| h);
         assert!((c.lack - 400.0).abs() < 1e-9);
-        assert!((c.stock.unwrap().0 + 1.0).abs() < 0.2);
+        assert!((c.stock[0].unwrap().0 + 1.0).abs() < 0.2);
         let (map, target) = block(13.0);
         let c = compare(&map, &target, |h| h);
         assert!((c.excess - 22.0 * 22.0).abs() < 1e-9, "{}", c.excess);

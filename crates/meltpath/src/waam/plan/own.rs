@@ -24,7 +24,7 @@ const SAME_LENGTH: f64 = 1e-3;
 const SAME_PLACE: f64 = 0.02;
 /// By how much wire feeds and travel speeds may differ, in relation: these digits too. A bead 1 % larger is far within what a process map
 /// knows.
-const SAME_SETTING: f64 = 0.01;
+pub(in crate::waam) const SAME_SETTING: f64 = 0.01;
 /// Waits with the arc on that differ by less are the same, s.
 const SAME_WAIT: f64 = 0.01;
 
@@ -204,7 +204,6 @@ fn in_place(plan: &Welded<'_>, program: &Welded<'_>) -> Option<String> {
                 format!("the torch stands {time:.2} s with the arc on, planned {planned:.2} s")
             });
         }
-        (Kind::Wait { .. }, _) | (_, Kind::Wait { .. }) => f64::INFINITY,
         (Kind::Arc { .. }, Kind::Arc { .. }) => {
             let middle = |w: &Welded<'_>| match w.command.kind {
                 Kind::Arc { via } => {
@@ -217,7 +216,9 @@ fn in_place(plan: &Welded<'_>, program: &Welded<'_>) -> Option<String> {
                 _ => 0.0,
             }
         }
-        (Kind::Arc { .. }, _) | (_, Kind::Arc { .. }) => f64::INFINITY,
+        (Kind::Wait { .. } | Kind::Arc { .. }, _) | (_, Kind::Wait { .. } | Kind::Arc { .. }) => {
+            f64::INFINITY
+        }
         _ => 0.0,
     };
     let off = off

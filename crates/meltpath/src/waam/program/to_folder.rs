@@ -15,6 +15,7 @@ use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, load};
 use crate::waam::plan::mend::settle;
+use crate::waam::plan::other_job;
 use crate::waam::program::wanted::{Torch, Wanted};
 use crate::waam::program::{self, ProgramStageError, Programs, toolpath_file};
 use crate::waam::run::{load_part, read_toolpath};
@@ -46,12 +47,18 @@ pub fn program_to_folder(
 ) -> Result<WrittenPrograms, WaamError> {
     let mut loaded = load(job, reporter)?;
     let toolpath = read_toolpath(toolpath)?;
+    // a surface is no part that beads reach as far as
+    let part = match loaded.settings.surface {
+        Some(_) => None,
+        None => Some(load_part(&loaded, reporter, observer)?),
+    };
     // the plan may have chosen how corners are smoothed
-    if loaded.settings.surface.is_none() && !loaded.job.machine.smoothing.is_written() {
-        let part = load_part(&loaded, reporter, observer)?;
-        settle(&mut loaded, &part, &Reporter::new(), observer)?;
+    let open = !loaded.job.machine.smoothing.is_written();
+    if let Some(part) = part.as_ref().filter(|_| open) {
+        settle(&mut loaded, part, &Reporter::new(), observer)?;
     }
     let settings = &loaded.settings;
+    other_job::tell(&toolpath, part.as_ref(), settings, reporter);
     let standing = match &settings.surface {
         Some(asked) => {
             // what is to be told of it was told when it was planned
