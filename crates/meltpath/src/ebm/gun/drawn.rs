@@ -133,8 +133,12 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
     }
     if let Some([x, y]) = short.first {
         check = check.because(&format!(
-            "where {} lines of the last layer end the beam is more than half its spot behind, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
-            short.lines,
+            "where {} of the last layer end the beam is more than half its spot behind, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
+            if short.lines == 1 {
+                "1 line".to_owned()
+            } else {
+                format!("{} lines", short.lines)
+            },
             1e3 * short.farthest
         ));
         check.place.get_or_insert(Place::at([x, y, 0.0]));

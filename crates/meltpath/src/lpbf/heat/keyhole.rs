@@ -134,6 +134,7 @@ mod tests {
             "{words}"
         );
         let narrow = Laser {
+            power: 100.0,
             spot: 0.07,
             ..steep
         };
