@@ -12,12 +12,13 @@ use meltpath_base::{Reporter, Silent, Verdict};
 
 /// A bead of 100 mm in `object`, in a module that declares where these objects lie in y, mm, against the wall of the thin wall.
 fn simulated(home: &Path, object: &str, declared: &[(&str, f64)]) -> Verdict {
-    let declared: String = declared
+    let declared: Vec<String> = declared
         .iter()
         .map(|(name, y)| {
             format!("PERS wobjdata {name}:=[FALSE,TRUE,\"\",[[500,0,100],[1,0,0,0]],[[0,{y},0],[1,0,0,0]]];\n")
         })
         .collect();
+    let declared = declared.concat();
     let to =
         |x: f64, z: f64| format!("[[{x},0,{z}],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
     let module = format!(

@@ -119,7 +119,7 @@ impl Reader<'_> {
         {
             self.stand();
             let text = lines.get(..taken).unwrap_or_default().iter();
-            let said = text.filter_map(|line| times::of(line)).last();
+            let said = text.filter_map(|line| times::of(line)).next_back();
             self.switch(word, said);
             return taken;
         }

@@ -153,7 +153,7 @@ impl Writer<'_> {
         let Some(lines) = lines else {
             return Err(self.out.no_words(UNFILLED));
         };
-        let stands = lines.iter().filter_map(|line| times::of(line)).last();
+        let stands = lines.iter().filter_map(|line| times::of(line)).next_back();
         if let (true, Some(stands), Some(Instruction::Wait(time))) =
             (starts, stands, self.out.coming().first())
         {

@@ -32,7 +32,7 @@ impl Routine<'_> {
         };
         if form == Form::Off {
             let unsaid = phase(said.off);
-            return self.ends(list.craters.get(&name), (before, &name), unsaid);
+            return ends(list.craters.get(&name), (before, &name), unsaid);
         }
         let unsaid = phase(said.on);
         let Some(weld) = list.welds.get(&name) else {
@@ -55,32 +55,31 @@ impl Routine<'_> {
             unsaid,
         }
     }
+}
 
-    /// The arc ends by the data `name`, whose crater may be known: it stands with the values of that.
-    fn ends(
-        &self,
-        crater: Option<&Crater>,
-        (before, name): (Option<WeldData>, &str),
-        mut unsaid: Vec<Unsaid>,
-    ) -> Switched {
-        let on = before.map_or_else(String::new, |weld| weld.arguments);
-        let ends = ArcWord::new(ArcAction::End, on.clone());
-        let Some(crater) = crater.filter(|crater| crater.stands > 0.0) else {
-            let known = crater.is_some();
-            unsaid.extend((!known).then(|| Unsaid::Crater(name.to_owned())));
-            return Switched {
-                at_end: Some(ends),
-                unsaid,
-                ..Switched::default()
-            };
-        };
-        let other = crater.arguments != on;
-        Switched {
-            at_end: other.then(|| ArcWord::new(ArcAction::Start, crater.arguments.clone())),
-            stands: crater.stands,
-            // the arc that ends stands first
-            last: Some(Instruction::Arc(ends)),
+/// The arc ends by the data `name`, whose crater may be known: it stands with the values of that.
+fn ends(
+    crater: Option<&Crater>,
+    (before, name): (Option<WeldData>, &str),
+    mut unsaid: Vec<Unsaid>,
+) -> Switched {
+    let on = before.map_or_else(String::new, |weld| weld.arguments);
+    let ends = ArcWord::new(ArcAction::End, on.clone());
+    let Some(crater) = crater.filter(|crater| crater.stands > 0.0) else {
+        let known = crater.is_some();
+        unsaid.extend((!known).then(|| Unsaid::Crater(name.to_owned())));
+        return Switched {
+            at_end: Some(ends),
             unsaid,
-        }
+            ..Switched::default()
+        };
+    };
+    let other = crater.arguments != on;
+    Switched {
+        at_end: other.then(|| ArcWord::new(ArcAction::Start, crater.arguments.clone())),
+        stands: crater.stands,
+        // the arc that ends stands first
+        last: Some(Instruction::Arc(ends)),
+        unsaid,
     }
 }
