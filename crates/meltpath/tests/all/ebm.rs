@@ -396,7 +396,7 @@ fn the_whole_section_is_judged() {
     let dir = tempfile::tempdir().unwrap();
     let checked = |extra: &str| {
         let extra = format!(
-            "[ebm]\nefficiency = \"50 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
+            "[ebm]\nefficiency = \"45 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
         );
         let verdict = verdict_of(dir.path(), &extra);
         println!("{}", verdict.to_json());

@@ -44,13 +44,13 @@ fn an_edited_feed_is_judged_by_what_the_program_says() {
     assert!(same.checks.iter().any(|c| c.id == "overhang"));
 
     assert!(text.contains("WFS 8.00"));
-    let weak = simulated(dir.path(), &text.replace("WFS 8.00", "WFS 2.50"), &job);
+    let weak = simulated(dir.path(), &text.replace("WFS 8.00", "WFS 1.50"), &job);
     let range = check(&weak, "range");
     assert_eq!(range.status, Status::CannotSay, "{range:?}");
-    says(&range.reason, &["first at 2.50 m/min wire feed"]);
+    says(&range.reason, &["first at 1.50 m/min wire feed"]);
     says(
         &told(&weak).message,
-        &["fed at 2.50 m/min, planned 8.00 m/min"],
+        &["fed at 1.50 m/min, planned 8.00 m/min"],
     );
     assert_eq!(told(&weak).place.as_ref().unwrap().layer, Some(1));
 }

@@ -228,7 +228,7 @@ fn plans_foretell_what_their_runs_fail() {
 #[ignore = "a minute of computing"]
 fn plain_shapes_come_out_as_the_book_says() {
     let outcomes = [
-        ("wedge", "accumulation"),
+        ("wedge", "stock accumulation"),
         // it leans: nothing is decided
         (
             "outward cone",

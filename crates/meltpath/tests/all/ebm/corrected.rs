@@ -46,8 +46,8 @@ fn currents_are_corrected_over_the_whole_section() {
     let best = kept.iter().position(|k| *k == 1.0).unwrap();
     assert!(best >= 5 && kept.iter().sum::<f64>() == 1.0);
     assert!(
-        good[best] > good[0] + 10.0 && outside[best] <= 1.0,
-        "{good:?}"
+        good[best] > good[0] + 10.0 && outside[best] < 0.3 * outside[0],
+        "{good:?} {outside:?}"
     );
     // the judge draws the same path on the same cells, and knows nothing of the rounds
     for (id, wanted) in [("in-window", good[best]), ("molten-outside", outside[best])] {
