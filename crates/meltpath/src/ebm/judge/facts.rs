@@ -76,13 +76,12 @@ impl<'a> Shown<'a> {
 fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     let (material, ledger) = (&settings.material, &path.runs[0].ledger);
     let words = "on the reference solver";
+    let title = "heat of the beam that vapour carries away";
     if !matches!(settings.surface, Surface::Evaporating { .. }) {
         let off = "not told: evaporation is off (ebm.evaporation), so that hot places are hotter than they would be";
-        let title = "heat of the beam that vapour carries away";
         return vec![Fact::words("vapour", title, off)];
     }
     let heat = Measure::exact(100.0 * ledger.vapour_share(), "%");
-    let title = "heat of the beam that vapour carries away";
     let mut facts = vec![Fact::new("vapour", title, heat, words)];
     let Some(law) = material.evaporation.as_ref().filter(|_| path.molten > 0.0) else {
         return facts;
