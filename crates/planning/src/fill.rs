@@ -12,6 +12,7 @@ mod lines;
 mod neighbours;
 mod outline;
 mod pace;
+mod parts;
 mod plan;
 mod raster;
 mod region;

@@ -14,7 +14,22 @@ pub(super) struct Segment {
     pub(super) to: u64,
     /// Where the plane cuts `from`.
     pub(super) start: DVec2,
+    /// Along the lines that all such planes cut out of the triangle, of any length; 0 for a triangle without area.
+    pub(super) along: DVec2,
 }
+
+impl Segment {
+    /// Whether both were cut out of one flat face: where they meet is then no corner, but a place on an edge inside that face,
+    /// which wanders with the height of the plane.
+    fn runs_on(&self, next: &Segment) -> bool {
+        let (a, b) = (self.along, next.along);
+        let dot = a.dot(b);
+        dot > 0.0 && a.perp_dot(b).abs() <= FLAT * dot
+    }
+}
+
+/// Turn between two triangles up to which they are one flat face, rad: rounding of coordinates in f64.
+const FLAT: f64 = 1e-12;
 
 /// A chain of segments that does not close.
 #[derive(Debug, Clone)]
@@ -96,18 +111,24 @@ impl Chainer {
         (closed, open)
     }
 
-    /// The starts along a chain from `head` to its end, and the last segment.
+    /// The starts along a chain from `head` to its end, but those inside flat faces, and the last segment.
     fn follow(&mut self, head: usize) -> (Vec<DVec2>, usize) {
-        let mut points = Vec::new();
+        let mut points = vec![self.segments[head].start];
         let mut at = head;
         loop {
             self.visited[at] = true;
-            points.push(self.segments[at].start);
             let next = self.successor[at];
             if next == NONE || self.visited[next as usize] {
+                if next as usize == head && self.segments[at].runs_on(&self.segments[head]) {
+                    points.remove(0);
+                }
                 return (points, at);
             }
-            at = next as usize;
+            let next = next as usize;
+            if !self.segments[at].runs_on(&self.segments[next]) {
+                points.push(self.segments[next].start);
+            }
+            at = next;
         }
     }
 }

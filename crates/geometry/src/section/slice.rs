@@ -42,7 +42,7 @@ pub struct SlicePlan {
     pub base: Plane,
     /// Heights of the planes, mm, strictly increasing.
     pub heights: Vec<f64>,
-    /// Contour points this near to the straight line between their neighbours are merged, mm; 0 keeps all.
+    /// Contour points this near to the straight line between their neighbours are merged, mm; with 0 only those inside flat faces.
     pub collinear: f64,
     /// Open contours (holes of the mesh) are closed over gaps up to this, mm, and told.
     pub join: f64,
@@ -300,7 +300,15 @@ fn cut(local: &[DVec3], edge: u64, height: f64) -> DVec2 {
         return above.truncate();
     }
     let t = (height - below.z) / (above.z - below.z);
-    below.truncate().lerp(above.truncate(), t)
+    let (below, above) = (below.truncate(), above.truncate());
+    // not the mean of both with weights: an upright edge is cut at the same place, to the bit, at every height
+    below + (above - below) * t
+}
+
+/// Along the lines in which level planes cut a triangle, the solid on the left; as long as the triangle is large.
+fn level_line([a, b, c]: [DVec3; 3]) -> DVec2 {
+    let normal = (b - a).cross(c - a);
+    DVec2::new(-normal.y, normal.x)
 }
 
 /// Slices one plane.
@@ -331,6 +339,7 @@ fn one_plane(
             from,
             to,
             start: cut(local, from, height),
+            along: level_line(v.map(|v| local[v as usize])),
         });
     }
     let (mut loops, open) = chainer.chain();

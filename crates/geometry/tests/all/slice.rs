@@ -6,7 +6,7 @@ use crate::solids::{cube, joined};
 use meltpath_base::{Cancelled, Reporter, Silent};
 use meltpath_geometry::{
     Mesh, Plane,
-    math::{DAffine3, DQuat, DVec3},
+    math::{DAffine3, DQuat, DVec2, DVec3},
     region::signed_area,
     section::{LastLayer, LayerHeight, Slice, SliceError, SlicePlan, layers, slice},
     shapes,
@@ -62,6 +62,34 @@ fn outlines() -> Vec<(&'static str, Vec<meltpath_geometry::Region>)> {
         ("islands", shapes::islands(4, 3, 20.0, 8.0)),
         ("random", vec![shapes::random_star(42, 31, 10.0, 50.0)]),
     ]
+}
+
+/// To the bit: what layers of the same sections share hangs on that. A corner of 1 µm is no place that the cut of an edge inside a
+/// flat side may stand in for.
+#[test]
+fn sections_of_an_upright_part_are_the_same_at_every_height() {
+    for (name, mut regions) in outlines() {
+        for ring in regions
+            .iter_mut()
+            .flat_map(|r| std::iter::once(&mut r.outer).chain(&mut r.holes))
+        {
+            for (i, p) in ring.iter_mut().enumerate() {
+                // as a file of triangles has its coordinates, with corners that are hardly any
+                let shaken = p.rotate(DVec2::from_angle(0.3)) + 1e-6 * f64::from(i as u32 % 3);
+                *p = shaken.as_vec2().as_dvec2();
+            }
+        }
+        let part = shapes::extrude(&regions, 12.0);
+        let heights: Vec<f64> = (0..40).map(|k| 0.07 + 0.29 * f64::from(k)).collect();
+        let (slices, _) = cut(&part, &heights);
+        for slice in &slices {
+            assert!(
+                slice.regions == slices[0].regions,
+                "{name} at {}",
+                slice.height
+            );
+        }
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Role;
 
 /// A bead before it has a name.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct Bead {
     pub(crate) points: Vec<DVec2>,
     pub(crate) role: Role,

@@ -2,6 +2,7 @@
 
 use meltpath_base::{Observer, Place, Reporter};
 use meltpath_geometry::Plane;
+use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::{Layer, Move, PassHead};
@@ -10,10 +11,12 @@ use rayon::prelude::*;
 use crate::error::PlanError;
 use crate::fill::bead::Bead;
 use crate::fill::coverage::{Coverage, coverage};
+use crate::fill::gaps;
 use crate::fill::layer::{FillLayer, PassIds};
 use crate::fill::neighbours;
 use crate::fill::pace::{self, nominal_length};
-use crate::fill::region::fill;
+use crate::fill::parts::{Piece, apart};
+use crate::fill::region::lay;
 use crate::fill::settings::{CORNER, FillSettings};
 
 /// The plan of a layer.
@@ -26,6 +29,9 @@ pub struct LayerPlan {
     /// The settings that made it.
     pub settings: FillSettings,
 }
+
+/// The beads of a layer's regions, piece by piece, before gaps are closed.
+type Drawn = Vec<Vec<Vec<Bead>>>;
 
 /// Plans one layer.
 ///
@@ -42,40 +48,9 @@ pub fn plan_layer(
     reporter: &Reporter,
 ) -> Result<LayerPlan, PlanError> {
     settings.check()?;
-    let outline = |source| PlanError::Outline {
-        layer: layer.number,
-        source,
-    };
-    let filled = beads(layer, settings, reporter)?;
-    let mut coverage: Vec<Coverage> = layer
-        .regions
-        .par_iter()
-        .zip(&filled)
-        .enumerate()
-        .map(|(i, (region, beads))| {
-            let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
-            coverage(i as u32, region, &lines, layer.plane, settings)
-        })
-        .collect::<Result<_, _>>()
-        .map_err(outline)?;
-    let path = written(filled, layer, settings, ids)?;
-    let mut path =
-        pace::adapted(path, layer.regions, layer.plane, settings, reporter).map_err(outline)?;
-    for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
-        let nominal = settings.paces.map_or(1.0, |p| p.nominal);
-        let long: f64 = path
-            .passes()
-            .filter(|p| p.head.entity == c.region)
-            .map(|p| nominal_length(&p, nominal))
-            .sum();
-        c.fill_ratio = long * settings.stepover / c.area;
-    }
-    neighbours::find(&mut path, layer.plane, settings.width, settings.tolerance);
-    Ok(LayerPlan {
-        path,
-        coverage,
-        settings: *settings,
-    })
+    let parts = parts(layer, settings)?;
+    let drawn = draw(&parts, layer, settings, reporter)?;
+    finish(drawn, &parts, layer, (settings, ids), reporter)
 }
 
 /// The passes of one layer as [`plan_layer`] has them, all of one speed; what they cover and what lies beside each, which takes most
@@ -90,25 +65,61 @@ pub(crate) fn passes_alone(
     reporter: &Reporter,
 ) -> Result<Layer, PlanError> {
     settings.check()?;
-    let filled = beads(layer, settings, reporter)?;
+    let parts = parts(layer, settings)?;
+    let drawn = draw(&parts, layer, settings, reporter)?;
+    let filled = closed(drawn, &parts, layer, settings, reporter)?;
     written(filled, layer, settings, ids)
 }
 
-/// The beads of each region; tells of those that have none.
-fn beads(
+/// An outline that the booleans do not take, with its layer.
+fn outline(layer: FillLayer<'_>) -> impl Fn(PlanarError) -> PlanError {
+    move |source| PlanError::Outline {
+        layer: layer.number,
+        source,
+    }
+}
+
+/// The regions of a layer taken apart.
+fn parts(layer: FillLayer<'_>, settings: &FillSettings) -> Result<Vec<Vec<Piece>>, PlanError> {
+    let regions = layer.regions.par_iter();
+    let apart = regions.map(|region| apart(region, settings));
+    apart.collect::<Result<_, _>>().map_err(outline(layer))
+}
+
+/// The beads of each region, before gaps are closed.
+fn draw(
+    parts: &[Vec<Piece>],
+    layer: FillLayer<'_>,
+    settings: &FillSettings,
+    reporter: &Reporter,
+) -> Result<Drawn, PlanError> {
+    let drawn = parts.par_iter().map(|pieces| {
+        let pieces = pieces.iter();
+        pieces
+            .map(|piece| lay(piece, layer.number, settings, reporter))
+            .collect()
+    });
+    drawn.collect::<Result<_, _>>().map_err(outline(layer))
+}
+
+/// The beads of each region with its gaps closed; tells of those that have none.
+fn closed(
+    drawn: Drawn,
+    parts: &[Vec<Piece>],
     layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
 ) -> Result<Vec<Vec<Bead>>, PlanError> {
-    let filled: Vec<Vec<Bead>> = layer
-        .regions
-        .par_iter()
-        .map(|region| fill(region, layer, settings, reporter))
+    let regions = drawn.into_par_iter().zip(parts);
+    let filled: Vec<Vec<Bead>> = regions
+        .map(|(mut beads, pieces)| {
+            for (beads, piece) in beads.iter_mut().zip(pieces) {
+                gaps::close(&piece.whole, beads, settings)?;
+            }
+            Ok(beads.concat())
+        })
         .collect::<Result<_, _>>()
-        .map_err(|source| PlanError::Outline {
-            layer: layer.number,
-            source,
-        })?;
+        .map_err(outline(layer))?;
     for (number, (region, beads)) in layer.regions.iter().zip(&filled).enumerate() {
         if beads.is_empty() {
             let place = region.outer.first();
@@ -127,6 +138,46 @@ fn beads(
         }
     }
     Ok(filled)
+}
+
+/// A layer's plan from its beads.
+fn finish(
+    drawn: Drawn,
+    parts: &[Vec<Piece>],
+    layer: FillLayer<'_>,
+    (settings, ids): (&FillSettings, PassIds),
+    reporter: &Reporter,
+) -> Result<LayerPlan, PlanError> {
+    let filled = closed(drawn, parts, layer, settings, reporter)?;
+    let mut coverage: Vec<Coverage> = layer
+        .regions
+        .par_iter()
+        .zip(&filled)
+        .enumerate()
+        .map(|(i, (region, beads))| {
+            let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
+            coverage(i as u32, region, &lines, layer.plane, settings)
+        })
+        .collect::<Result<_, _>>()
+        .map_err(outline(layer))?;
+    let path = written(filled, layer, settings, ids)?;
+    let mut path = pace::adapted(path, layer.regions, layer.plane, settings, reporter)
+        .map_err(outline(layer))?;
+    for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
+        let nominal = settings.paces.map_or(1.0, |p| p.nominal);
+        let long: f64 = path
+            .passes()
+            .filter(|p| p.head.entity == c.region)
+            .map(|p| nominal_length(&p, nominal))
+            .sum();
+        c.fill_ratio = long * settings.stepover / c.area;
+    }
+    neighbours::find(&mut path, layer.plane, settings.width, settings.tolerance);
+    Ok(LayerPlan {
+        path,
+        coverage,
+        settings: *settings,
+    })
 }
 
 /// The beads as passes, region after region by the shortest ways between them.
@@ -155,6 +206,8 @@ fn written(
 
 /// Plans all layers, in parallel, with the same result on any number of threads.
 ///
+/// Layers of the same sections are taken apart once, and those of them whose beads start and run alike are planned once.
+///
 /// # Errors
 /// [`PlanError`] of the first layer that has one, or [`PlanError::Cancelled`].
 pub fn plan_layers(
@@ -165,17 +218,97 @@ pub fn plan_layers(
     observer: &dyn Observer,
 ) -> Result<Vec<LayerPlan>, PlanError> {
     settings.check()?;
-    observer.stage("fill", layers.len() as u64);
-    let plans: Vec<Result<LayerPlan, PlanError>> = layers
-        .par_iter()
-        .map(|&layer| {
-            observer.check()?;
-            let plan = plan_layer(layer, settings, ids, reporter);
-            observer.advance(1);
-            plan
-        })
-        .collect();
-    plans.into_iter().collect()
+    observer.stage("fill", 2 * layers.len() as u64);
+    let sections = Alike::of(layers.len(), |i, j| layers[i].regions == layers[j].regions);
+    let parts: Vec<Vec<Vec<Piece>>> = sections.each(|first, count| {
+        observer.check()?;
+        let parts = parts(layers[first], settings);
+        observer.advance(count);
+        parts
+    })?;
+    let of = |layer: usize| parts[sections.kind[layer]].as_slice();
+    let drawn: Vec<Drawn> = (0..layers.len())
+        .into_par_iter()
+        .map(|i| draw(of(i), layers[i], settings, reporter))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .collect::<Result<_, _>>()?;
+    let beads = Alike::of(layers.len(), |i, j| {
+        sections.kind[i] == sections.kind[j] && drawn[i] == drawn[j]
+    });
+    let plans: Vec<LayerPlan> = beads.each(|first, count| {
+        observer.check()?;
+        let (drawn, layer) = (drawn[first].clone(), layers[first]);
+        let plan = finish(drawn, of(first), layer, (settings, ids), reporter);
+        observer.advance(count);
+        plan
+    })?;
+    let each = layers.iter().zip(&beads.kind);
+    each.map(|(&layer, &kind)| on_layer(&plans[kind], layers[beads.firsts[kind]], layer, ids))
+        .collect()
+}
+
+/// Which of many are alike.
+struct Alike {
+    /// The first of each kind.
+    firsts: Vec<usize>,
+    /// The kind of each.
+    kind: Vec<usize>,
+}
+
+impl Alike {
+    fn of(count: usize, are_alike: impl Fn(usize, usize) -> bool) -> Self {
+        let mut alike = Alike {
+            firsts: Vec::new(),
+            kind: Vec::with_capacity(count),
+        };
+        for i in 0..count {
+            // most are like the one before
+            let known = alike.firsts.iter().rposition(|&first| are_alike(i, first));
+            alike.kind.push(known.unwrap_or(alike.firsts.len()));
+            if known.is_none() {
+                alike.firsts.push(i);
+            }
+        }
+        alike
+    }
+
+    /// What `make` has for each kind, from its first and how many there are, in parallel.
+    fn each<T: Send>(
+        &self,
+        make: impl Fn(usize, u64) -> Result<T, PlanError> + Sync,
+    ) -> Result<Vec<T>, PlanError> {
+        let mut counts = vec![0; self.firsts.len()];
+        for &kind in &self.kind {
+            counts[kind] += 1;
+        }
+        let kinds = self.firsts.par_iter().zip(counts);
+        let made: Vec<Result<T, PlanError>> =
+            kinds.map(|(&first, count)| make(first, count)).collect();
+        made.into_iter().collect()
+    }
+}
+
+/// The plan of a layer as that of another, whose beads start and run alike.
+fn on_layer(
+    plan: &LayerPlan,
+    of: FillLayer<'_>,
+    layer: FillLayer<'_>,
+    ids: PassIds,
+) -> Result<LayerPlan, PlanError> {
+    let mut plan = plan.clone();
+    if of.number == layer.number {
+        return Ok(plan);
+    }
+    let lifted = |p| layer.plane.from_local(of.plane.to_local(p).truncate());
+    plan.path.place(lifted);
+    for gap in plan.coverage.iter_mut().flat_map(|c| &mut c.gaps) {
+        gap.place = lifted(gap.place);
+    }
+    let names = (0..plan.path.len()).map(|index| ids.id(layer.number, index));
+    let names: Vec<_> = names.collect::<Result<_, _>>()?;
+    plan.path.rename(layer.number, &names);
+    Ok(plan)
 }
 
 /// Regions in the order of the shortest ways between them, from the first.

@@ -381,6 +381,79 @@ fn nothing_to_fill_is_an_empty_plan_and_bad_input_an_error() {
     assert!(error.to_string().contains("stepover"), "{error}");
 }
 
+/// The same to rounding, which hangs on the height where there are arcs.
+fn assert_alike(plan: &LayerPlan, other: &LayerPlan, what: &str) {
+    assert_eq!(plan.path.len(), other.path.len(), "{what}");
+    for (a, b) in plan.path.passes().zip(other.path.passes()) {
+        assert_eq!((a.layer, a.head), (b.layer, b.head), "{what}");
+        assert_eq!(a.points.len(), b.points.len(), "{what}");
+        for (i, (p, q)) in a.points.iter().zip(b.points).enumerate() {
+            assert!(p.distance(*q) < 1e-9, "{what}: {p} {q}");
+            if i > 0 {
+                let speed = |pass: &Pass<'_>| pass.value(Channel::Speed, i - 1);
+                assert_eq!(speed(&a), speed(&b), "{what}");
+            }
+        }
+        for (m, n) in a.neighbours().zip(b.neighbours()) {
+            assert_eq!(
+                (m.pass, m.layer, m.side),
+                (n.pass, n.layer, n.side),
+                "{what}"
+            );
+            assert!((m.from - n.from).abs() < 1e-9 && (m.distance - n.distance).abs() < 1e-9);
+        }
+        assert_eq!(a.neighbours().len(), b.neighbours().len(), "{what}");
+    }
+    for (a, b) in plan.coverage.iter().zip(&other.coverage) {
+        assert!((a.lack_area - b.lack_area).abs() < 1e-9, "{what}");
+        assert!((a.fill_ratio - b.fill_ratio).abs() < 1e-9, "{what}");
+        for (g, h) in a.gaps.iter().zip(&b.gaps) {
+            assert!(
+                g.place.distance(h.place) < 1e-9 && g.area == h.area,
+                "{what}"
+            );
+        }
+    }
+}
+
+/// Layers of the same sections share their plans: each must be what it is by itself, in number, names and height too.
+#[test]
+fn layers_alike_are_planned_as_each_by_itself() {
+    for (name, regions) in zoo() {
+        for strategy in ALL {
+            let settings = FillSettings {
+                layers: LayerDirection::Alternate,
+                paces: Some(Paces {
+                    nominal: 0.0125,
+                    slowest: 0.8,
+                    fastest: 2.0,
+                }),
+                ..settings(strategy)
+            };
+            let planes: Vec<Plane> = (0..5)
+                .map(|k| Plane::horizontal(2.3 * f64::from(k)))
+                .collect();
+            let other = [outlines::plate(50.0, 30.0)];
+            let layers: Vec<FillLayer<'_>> = planes
+                .iter()
+                .zip(1..)
+                .map(|(plane, number)| FillLayer {
+                    number,
+                    plane,
+                    regions: if number == 3 { &other } else { &regions },
+                })
+                .collect();
+            let ids = PassIds { part: 2 };
+            let together = plan_layers(&layers, &settings, ids, &Reporter::new(), &Silent).unwrap();
+            for (layer, plan) in layers.into_iter().zip(together) {
+                let alone = plan_layer(layer, &settings, ids, &Reporter::new()).unwrap();
+                let what = format!("{name}, {strategy:?}, layer {}", layer.number);
+                assert_alike(&plan, &alone, &what);
+            }
+        }
+    }
+}
+
 #[test]
 fn the_same_plan_on_any_number_of_threads() {
     let plane = Plane::horizontal(0.0);

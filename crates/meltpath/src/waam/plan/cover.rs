@@ -102,13 +102,24 @@ pub(in crate::waam) fn covered(
     sections: &[Vec<Slice>],
     settings: &Settings,
 ) -> Result<Vec<Vec<Region>>, PlanarError> {
-    let wanted: Vec<Wanted> = sections
+    let alike: Vec<bool> = (0..sections.len())
+        .map(|i| i > 0 && are_alike(&sections[i], &sections[i - 1]))
+        .collect();
+    let wanted: Vec<Option<Wanted>> = sections
         .par_iter()
-        .map(|slices| wanted(slices, settings))
+        .zip(&alike)
+        .map(|(slices, alike)| (!alike).then(|| wanted(slices, settings)).transpose())
         .collect::<Result<_, _>>()?;
     let mut layers: Vec<Vec<Region>> = Vec::new();
-    for (i, Wanted { grown, mut room }) in wanted.iter().cloned().enumerate() {
-        if let Some(below) = layers.last() {
+    let mut before: Option<Wanted> = None;
+    for wanted in wanted {
+        let Some(wanted) = wanted else {
+            // on a layer of the same sections nothing leans out: it gets what that layer got
+            layers.extend(layers.last().cloned());
+            continue;
+        };
+        let mut room = wanted.room.clone();
+        if let (Some(below), Some(before)) = (layers.last(), &before) {
             let leans = room.iter().map(|piece| {
                 let near = outset(
                     std::slice::from_ref(piece),
@@ -120,24 +131,29 @@ pub(in crate::waam) fn covered(
                     // over no metal, as where a body hangs free over another, no corner reaches out
                     return Ok(Vec::new());
                 }
-                let own = intersection(&grown, &near)?;
-                let own = farthest_beyond(&own, &wanted[i - 1].grown)?;
+                let own = intersection(&wanted.grown, &near)?;
+                let own = farthest_beyond(&own, &before.grown)?;
                 let carried = outset(&carrier, own, ROUND)?;
                 intersection(std::slice::from_ref(piece), &carried)
             });
             room = leans.collect::<Result<Vec<_>, _>>()?.concat();
         }
         layers.push(if room.is_empty() {
-            grown
+            wanted.grown.clone()
         } else {
-            union(&[grown, room].concat())?
+            union(&[wanted.grown.as_slice(), &room].concat())?
         });
+        before = Some(wanted);
     }
     Ok(layers)
 }
 
+/// Whether two layers have the same sections.
+fn are_alike(one: &[Slice], other: &[Slice]) -> bool {
+    one.len() == other.len() && one.iter().zip(other).all(|(a, b)| a.regions == b.regions)
+}
+
 /// What one layer is to cover.
-#[derive(Clone)]
 struct Wanted {
     /// Its sections with their allowance.
     grown: Vec<Region>,
