@@ -233,8 +233,7 @@ impl Cell {
         chain.as_ref()?.joints.get(i)
     }
 
-    /// Between which values an axis of [`External`] is led where it is chosen: a little off its limits, as the arm is kept, but as far as
-    /// it rests.
+    /// Between which values an axis of [`External`] is led where it is chosen: a little off its limits, as the arm is kept.
     pub(crate) fn external_room(&self, axis: usize) -> Option<[f64; 2]> {
         let joint = self.external_joint(axis)?;
         let kept = match joint.kind {
@@ -243,8 +242,7 @@ impl Cell {
         };
         let Limits { low, high, .. } = joint.limits;
         let kept = kept.min(0.45 * (high - low));
-        let rest = self.at_rest().external().0[axis];
-        Some([(low + kept).min(rest), (high - kept).max(rest)])
+        Some([low + kept, high - kept])
     }
 
     /// The first axis of track and positioner that stands beyond a limit, and by how much, mm or rad.

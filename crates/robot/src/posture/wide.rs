@@ -101,7 +101,14 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(cell: &Cell, rest: External) -> Self {
+    fn of(cell: &Cell, External(mut rest): External) -> Self {
+        for (i, value) in rest.iter_mut().enumerate() {
+            // an axis may rest at its very end, where no way shall be
+            if let Some([low, high]) = cell.external_room(i) {
+                *value = value.clamp(low, high);
+            }
+        }
+        let rest = External(rest);
         let ends = |up: bool| -> Cube {
             std::array::from_fn(|i| {
                 let Some(room) = cell.external_room(i) else {
@@ -594,4 +601,32 @@ impl<'a> Wide<'a> {
 /// Whether joints that were followed are those of a way, which has seven digits.
 pub(super) fn is_same(a: &[f64; 6], b: &[f64; 6]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-2)
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_data::{find, robots};
+
+    use super::*;
+    use crate::cell;
+
+    /// Verdicts ask for room at every limit: no axis is led along its very end because it rests there.
+    #[test]
+    fn axes_that_rest_at_their_end_are_led_off_it() {
+        let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
+        let (arm, _) = text.split_once("\n[table]").unwrap();
+        let cell = cell::read(&format!(
+            "{arm}\n[positioner]\nsource = \"test\"\naxes = [{{ position = [\"1200 mm\", \"0 mm\", \"700 mm\"], axis = [1, 0, 0] }}]\nlow = [\"0 deg\"]\nhigh = [\"90 deg\"]\n"
+        ))
+        .unwrap();
+        let rest = cell.at_rest().external();
+        assert_eq!(rest.0[1], 0.0);
+        let grid = Grid::of(&cell, rest);
+        let all = grid.all();
+        assert!(all.len() > 3);
+        for cube in all {
+            let value = grid.value(cube).0[1];
+            assert!((2_f64.to_radians()..=88_f64.to_radians()).contains(&value));
+        }
+    }
 }
