@@ -1,5 +1,6 @@
 //! The motor behind a record: resistance, inductance, inertia, friction, modes.
 
+mod begins;
 mod channels;
 mod drive;
 pub mod error;

@@ -170,6 +170,16 @@ impl Identification {
                 1e6 * delay
             ));
         }
+        let [zero, sigma] = self.found.zero.map(|zero| 1e3 * zero);
+        if self.found.reads_beside() {
+            let stated = self.stated(&format!("{sigma:.3} mA"));
+            lines.push(format!(
+                "# the current reads {zero:.3} mA ({stated}) where none flows: it is taken off"
+            ));
+        }
+        if self.moving {
+            lines.push("# the record begins in motion, and so does the prediction".to_owned());
+        }
         if !self.found.settled {
             lines.push("# the search did not settle, as under friction that does not turn at once or with hardly any noise: the deviations may be too small".to_owned());
         }
@@ -181,6 +191,12 @@ impl Identification {
         lines.push(format!(
             "# fitted part: {current:.4} mA ({one}) and {angle:.5} mrad ({two}) rms are left"
         ));
+        let [current, angle] = self.unseen.map(|left| 1e3 * left);
+        if let [Some(one), Some(two)] = self.unseen_over_noise() {
+            lines.push(format!(
+                "# unseen part, in pieces: {current:.4} mA ({one:.2} times the noise) and {angle:.5} mrad ({two:.2} times the noise) rms are left"
+            ));
+        }
         for (what, unit, scale, q) in [
             ("current", "mA", 1e3, &self.prediction.current),
             ("angle", "mrad", 1e3, &self.prediction.angle),

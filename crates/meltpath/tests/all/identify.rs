@@ -316,6 +316,92 @@ fn a_motor_that_does_not_explain_its_record_promises_nothing() {
     }
 }
 
+/// A motor is one for all of its record: what changes after the part that was fitted fails. An ammeter that reads beside zero, and a record
+/// that begins in motion, are as good as others.
+#[test]
+fn the_unseen_part_is_judged_wherever_the_record_begins() {
+    let motor = Galvanometer {
+        friction: Friction::Coulomb {
+            coulomb: 3e-5,
+            bias: 2e-6,
+        },
+        ..motor()
+    };
+    let text = noisy(&motor, 27_000);
+    let folder = tempfile::tempdir().unwrap();
+    let record = |keep: std::ops::Range<usize>, changed: &dyn Fn(usize, f64) -> f64| {
+        let rows = text
+            .lines()
+            .enumerate()
+            .filter(|(n, _)| *n == 0 || keep.contains(n));
+        let rows = rows.map(|(n, line)| {
+            let cells: Vec<&str> = line.split(',').collect();
+            match cells[2].parse::<f64>() {
+                Ok(current) => {
+                    let current = changed(n, current);
+                    format!("{},{},{current:.4},{}", cells[0], cells[1], cells[3])
+                }
+                Err(_) => line.to_owned(),
+            }
+        });
+        let record = write(
+            folder.path(),
+            "bench.csv",
+            &rows.collect::<Vec<_>>().join("\n"),
+        );
+        let mapping = write(folder.path(), "map.toml", MAPPING);
+        let found = identify(&record, &mapping, &Reporter::new()).unwrap();
+        let lines = found.lines(&record).join("\n");
+        println!(
+            "{:?} {:?}",
+            found.found.over_noise(),
+            found.unseen_over_noise()
+        );
+        (found, lines)
+    };
+    let all = 0..usize::MAX;
+    let (good, lines) = record(all.clone(), &|_, current| current);
+    assert_eq!(
+        good.verdict().status(),
+        Status::Pass,
+        "{:?}",
+        good.verdict()
+    );
+    assert!(
+        !good.moving && !lines.contains("where none flows"),
+        "{lines}"
+    );
+    // a channel that reads a fifth more from three quarters of the record on
+    let (other, _) = record(all.clone(), &|n, i| if n > 20_000 { 1.2 * i } else { i });
+    let verdict = other.verdict();
+    let check = verdict
+        .checks
+        .iter()
+        .find(|c| c.id == "current-unseen")
+        .unwrap();
+    assert_eq!(
+        (verdict.status(), check.status),
+        (Status::Fail, Status::Fail)
+    );
+    let (beside, lines) = record(all, &|_, current| current + 30.0);
+    assert_eq!(
+        beside.verdict().status(),
+        Status::Pass,
+        "{:?}",
+        beside.verdict()
+    );
+    assert!(
+        (beside.found.zero[0] - 0.030).abs() < 1e-4,
+        "{:?}",
+        beside.found.zero
+    );
+    assert!(lines.contains("mA) where none flows"), "{lines}");
+    let (cut, lines) = record(9_000..usize::MAX, &|_, current| current);
+    assert_eq!(cut.verdict().status(), Status::Pass, "{:?}", cut.verdict());
+    assert!(cut.moving && lines.contains("begins in motion"), "{lines}");
+    assert!(cut.prediction.angle.fit > 0.9, "{:?}", cut.prediction.angle);
+}
+
 #[test]
 fn a_probe_at_the_end_of_its_range_is_noted() {
     let folder = tempfile::tempdir().unwrap();

@@ -125,6 +125,8 @@ pub(super) struct Drive<const N: usize> {
     hold: [f64; N],
     /// Weights of current and angle; samples by which they come late, and the share of the step at which they are read.
     channels: [([f64; N], usize, f64); 2],
+    /// What the ammeter reads where no current flows, A.
+    zero: f64,
 }
 
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
@@ -185,7 +187,13 @@ impl<const N: usize> Drive<N> {
             speed,
             hold,
             channels,
+            zero: 0.0,
         })
+    }
+
+    /// The same, its current read by an ammeter that shows `zero` A where none flows.
+    pub(super) fn read_from(self, zero: f64) -> Self {
+        Drive { zero, ..self }
     }
 
     /// Current and angle at each sample under held voltages; the first [`LATEST`] samples may be missing (not a number).
@@ -236,8 +244,9 @@ impl<const N: usize> Drive<N> {
                 way = after;
             }
         }
-        for column in &mut out {
+        for (column, zero) in out.iter_mut().zip([self.zero, 0.0]) {
             column.truncate(voltage.len());
+            column.iter_mut().for_each(|value| *value += zero);
         }
         (out, x)
     }

@@ -14,6 +14,8 @@ pub(super) enum Parameter {
     Viscous,
     Bias,
     Coulomb,
+    /// What the ammeter reads where no current flows.
+    Zero,
     /// Share of dry friction that the modes feel.
     Felt,
     /// Delay of the current (0) or of the angle (1).
@@ -40,6 +42,8 @@ pub(super) struct Estimate {
     pub(super) bias: f64,
     /// s.
     pub(super) delays: Delays,
+    /// What the ammeter reads where no current flows, A.
+    pub(super) zero: f64,
 }
 
 /// Units in which steps are taken where a parameter's logarithm is not.
@@ -47,6 +51,8 @@ pub(super) struct Estimate {
 pub(super) struct Units {
     /// N·m.
     pub(super) torque: f64,
+    /// A.
+    pub(super) current: f64,
     /// s.
     pub(super) period: f64,
 }
@@ -56,6 +62,7 @@ impl Parameter {
     pub(super) fn unit(self, units: Units) -> Option<f64> {
         match self {
             Parameter::Bias | Parameter::Coulomb => Some(units.torque),
+            Parameter::Zero => Some(units.current),
             Parameter::Delay(_) => Some(units.period),
             Parameter::Felt => Some(1.0),
             _ => None,
@@ -97,6 +104,7 @@ impl Estimate {
             Parameter::Viscous => m.viscous *= times,
             Parameter::Bias => out.bias += by,
             Parameter::Coulomb => out.coulomb = (out.coulomb + by).max(0.0),
+            Parameter::Zero => out.zero += by,
             Parameter::Felt => m.felt = (m.felt + by).clamp(-1.0, 2.0),
             Parameter::Delay(channel) => {
                 if let Some(delay) = out.delays.get_mut(channel) {
@@ -132,11 +140,13 @@ mod tests {
             coulomb: 3e-5,
             bias: 0.0,
             delays: [0.0; 2],
+            zero: 0.0,
         }
     }
 
     const UNITS: Units = Units {
         torque: 1e-3,
+        current: 0.1,
         period: 20e-6,
     };
 

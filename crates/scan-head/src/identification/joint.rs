@@ -4,13 +4,14 @@
 
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
+use crate::identification::begins::freed;
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{Estimate, Parameter, RIGID};
 use crate::identification::modes::{KNOWN, ModeSearch};
 use crate::identification::motor::{Identified, known};
 use crate::identification::noise::{stands_out, white};
 use crate::identification::record::BenchRecord;
-use crate::identification::refine::{COARSE, Cut, FINE, ROUGH, Settled, freed, settle};
+use crate::identification::refine::{COARSE, Cut, FINE, ROUGH, Settled, settle};
 use crate::identification::refusal::{Refusal, RefusedPeak};
 use meltpath_numerics::least_squares::LeastSquaresError;
 
@@ -52,6 +53,10 @@ pub struct Joint {
     pub settled: bool,
     /// By how much current and angle are read late against the voltage, each with its deviation, s.
     pub delays: [[f64; 2]; 2],
+    /// What the ammeter reads where no current flows, and its deviation, A.
+    pub zero: [f64; 2],
+    /// The state in which the record begins.
+    pub(super) begin: Vec<f64>,
     /// Root mean square of what is left of current (A) and angle (rad).
     pub rms: [f64; 2],
     /// White noise in it; nothing where the record is too short to tell.
@@ -106,6 +111,7 @@ fn begun(record: &BenchRecord<'_>, motor: &Galvanometer) -> Estimate {
         coulomb: FIRST_COULOMB * torque,
         bias: 0.0,
         delays: [0.0; 2],
+        zero: 0.0,
     }
 }
 
@@ -180,6 +186,7 @@ fn fitted(record: &BenchRecord<'_>, begin: &Estimate) -> Result<(Settled, Vec<Pa
     let mut free = RIGID.to_vec();
     free.extend([
         Parameter::Bias,
+        Parameter::Zero,
         Parameter::Delay(0),
         Parameter::Delay(1),
         Parameter::Coulomb,
@@ -338,6 +345,11 @@ impl Joint {
         self.over_noise().into_iter().all(near)
     }
 
+    /// Whether the ammeter reads a current that does not flow.
+    pub fn reads_beside(&self) -> bool {
+        self.zero[0].abs() > TOLD * self.zero[1]
+    }
+
     fn new(
         settled: &Settled,
         free: &[Parameter],
@@ -379,6 +391,8 @@ impl Joint {
             felt,
             settled: settled.smooth,
             delays: [0, 1].map(|c| [e.delays[c], sigma(Parameter::Delay(c))]),
+            zero: [e.zero, sigma(Parameter::Zero)],
+            begin: settled.begins.first().cloned().unwrap_or_default(),
             rms: settled.rms,
             noise: noise(settled)?,
         })

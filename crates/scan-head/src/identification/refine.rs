@@ -21,7 +21,7 @@ use crate::identification::triangles::{damped, deviations, led, stepped};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
     /// Length of a piece, s.
-    piece: f64,
+    pub(super) piece: f64,
     /// The fit has settled where a step changes the logarithm of the likelihood by less than this.
     settled: f64,
 }
@@ -50,13 +50,11 @@ const TRIES: usize = 60;
 /// The first state of a piece has settled where a step gains less than this of its squared residuals, in deviations.
 const SETTLED: f64 = 1e-4;
 /// Steps of the first state of a piece before the parameters.
-const BEGINS: usize = 60;
+pub(super) const BEGINS: usize = 60;
 /// Steps of the first state of a piece after each of the parameters.
 const EASED: usize = 3;
 /// Shares of its step that the first state of a piece may go.
 const GOES: [f64; 4] = [1.0, 0.3, 0.1, 0.0];
-/// A piece that leaves this many times the squared residuals of the median piece is caught among friction's turns.
-const CAUGHT: f64 = 1.5;
 /// Steps over which slopes are taken anew where friction's turns made the ground rough: a slope over a short step that a jump crosses
 /// says too much, and what it tells of a parameter counts only if longer steps to either side tell it, too.
 const REACHES: [f64; 3] = [-1.0, 30.0, -30.0];
@@ -91,11 +89,11 @@ pub(super) struct Settled {
 }
 
 /// A record cut into pieces, and how far their first states may be from where they seem.
-struct Pieces<'a, const N: usize> {
+pub(super) struct Pieces<'a, const N: usize> {
     record: &'a BenchRecord<'a>,
-    units: Units,
-    spans: Vec<Range<usize>>,
-    seems: Vec<[f64; N]>,
+    pub(super) units: Units,
+    pub(super) spans: Vec<Range<usize>>,
+    pub(super) seems: Vec<[f64; N]>,
     spread: [f64; N],
     rounding: [f64; 2],
 }
@@ -137,7 +135,7 @@ pub(super) fn settle<const N: usize>(
         let longest = step
             .iter()
             .zip(free)
-            .filter(|(_, p)| !matches!(p, Parameter::Bias | Parameter::Coulomb))
+            .filter(|(_, p)| !matches!(p, Parameter::Bias | Parameter::Coulomb | Parameter::Zero))
             .fold(LONGEST, |a, (s, _)| a.max(s.abs()));
         let step: Vec<f64> = step.iter().map(|s| s * LONGEST / longest).collect();
         // where steps fail the first states go less far, too
@@ -189,54 +187,8 @@ pub(super) fn settle<const N: usize>(
     })
 }
 
-impl Settled {
-    /// The pieces that leave far more than most: their first states stayed at a low place that is not the lowest.
-    fn caught(&self) -> Vec<usize> {
-        let squares = |piece: usize| -> f64 {
-            let of = |(left, rms): (&Vec<Vec<f64>>, &f64)| {
-                left[piece].iter().map(|l| l * l).sum::<f64>() / (rms * rms)
-            };
-            self.left.iter().zip(&self.rms).map(of).sum()
-        };
-        let all: Vec<f64> = (0..self.begins.len()).map(squares).collect();
-        let mut sorted = all.clone();
-        sorted.sort_by(f64::total_cmp);
-        let most = CAUGHT
-            * sorted
-                .get(sorted.len() / 2)
-                .copied()
-                .unwrap_or(f64::INFINITY);
-        (0..all.len()).filter(|piece| all[*piece] > most).collect()
-    }
-}
-
-/// Where the pieces of a fit begin, those that are caught at the end of the piece before; nothing where none is.
-///
-/// # Errors
-/// [`IdentificationError::Axis`].
-pub(super) fn freed<const N: usize>(
-    record: &BenchRecord<'_>,
-    cut: Cut,
-    settled: &Settled,
-) -> Result<Option<Vec<Vec<f64>>>, IdentificationError> {
-    let pieces = Pieces::<N>::new(record, cut.piece, &settled.estimate);
-    let drive = pieces.drive(&settled.estimate)?;
-    let mut begins = settled.begins.clone();
-    let mut any = false;
-    for piece in settled.caught() {
-        let before = piece.checked_sub(1);
-        let state = before.and_then(|k| <[f64; N]>::try_from(begins.get(k)?.as_slice()).ok());
-        let span = before.and_then(|k| pieces.spans.get(k));
-        if let (Some(state), Some(span)) = (state, span) {
-            begins[piece] = drive.end(&state, &record.voltage[span.clone()]).to_vec();
-            any = true;
-        }
-    }
-    Ok(any.then_some(begins))
-}
-
 impl<'a, const N: usize> Pieces<'a, N> {
-    fn new(record: &'a BenchRecord<'a>, piece: f64, start: &Estimate) -> Self {
+    pub(super) fn new(record: &'a BenchRecord<'a>, piece: f64, start: &Estimate) -> Self {
         let samples = record.voltage.len();
         let count = (samples as f64 * record.period / piece) as usize;
         let length = (samples / count.max(PIECES)).max(3 * LATEST).min(samples);
@@ -274,11 +226,12 @@ impl<'a, const N: usize> Pieces<'a, N> {
                 state
             })
             .collect();
-        let torque = start.motor.torque_constant * root_mean_square(record.current);
+        let flows = root_mean_square(record.current).max(f64::MIN_POSITIVE);
         Pieces {
             record,
             units: Units {
-                torque: torque.max(f64::MIN_POSITIVE),
+                torque: (start.motor.torque_constant * flows).max(f64::MIN_POSITIVE),
+                current: flows,
                 period: record.period,
             },
             spans,
@@ -288,12 +241,11 @@ impl<'a, const N: usize> Pieces<'a, N> {
         }
     }
 
-    fn drive(&self, estimate: &Estimate) -> Result<Drive<N>, IdentificationError> {
-        Ok(Drive::new(
-            &estimate.driven(),
-            estimate.delays,
-            self.record.period,
-        )?)
+    pub(super) fn drive(&self, estimate: &Estimate) -> Result<Drive<N>, IdentificationError> {
+        Ok(
+            Drive::new(&estimate.driven(), estimate.delays, self.record.period)?
+                .read_from(estimate.zero),
+        )
     }
 
     /// The likelihood of an estimate and first states.
@@ -345,7 +297,7 @@ impl<'a, const N: usize> Pieces<'a, N> {
     }
 
     /// Sums of squared residuals of a piece, of current and angle.
-    fn squares(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [f64; 2] {
+    pub(super) fn squares(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [f64; 2] {
         self.residuals(piece, drive, state)
             .map(|left| left.iter().map(|l| l * l).sum())
     }
@@ -360,7 +312,13 @@ impl<'a, const N: usize> Pieces<'a, N> {
     }
 
     /// Squared residuals of a piece, each over its channel's deviation.
-    fn cost(&self, piece: usize, drive: &Drive<N>, state: &[f64; N], rms: [f64; 2]) -> f64 {
+    pub(super) fn cost(
+        &self,
+        piece: usize,
+        drive: &Drive<N>,
+        state: &[f64; N],
+        rms: [f64; 2],
+    ) -> f64 {
         let [current, angle] = self.squares(piece, drive, state);
         current / (rms[0] * rms[0]) + angle / (rms[1] * rms[1])
     }
@@ -454,7 +412,7 @@ impl<'a, const N: usize> Pieces<'a, N> {
     }
 
     /// The first state of a piece, stepped towards the least residual.
-    fn begun(
+    pub(super) fn begun(
         &self,
         piece: usize,
         drive: &Drive<N>,
@@ -526,67 +484,4 @@ impl<'a, const N: usize> Pieces<'a, N> {
 fn root_mean_square(values: &[f64]) -> f64 {
     let sum: f64 = values.iter().map(|v| v * v).sum();
     (sum / values.len().max(1) as f64).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::axis::galvanometer::{Galvanometer, example};
-
-    /// The state in which one piece ends is the one in which the next begins, across turns of the rotor.
-    #[test]
-    fn a_caught_piece_begins_where_the_one_before_ends() {
-        let motor = Galvanometer {
-            modes: vec![],
-            ..example()
-        };
-        let estimate = Estimate {
-            motor,
-            coulomb: 3e-5,
-            bias: 0.0,
-            delays: [0.0; 2],
-        };
-        let period = 20e-6;
-        let drive = Drive::<3>::new(&estimate.driven(), estimate.delays, period).unwrap();
-        let voltage: Vec<f64> = (0..4800)
-            .map(|k| if (k / 37) % 3 == 0 { 0.8 } else { -0.5 })
-            .collect();
-        let [current, angle] = drive.run(&[0.0; 3], &voltage);
-        let record = BenchRecord {
-            period,
-            voltage: &voltage,
-            current: &current,
-            angle: &angle,
-        };
-        let pieces = Pieces::<3>::new(&record, FINE.piece, &estimate);
-        let mut begins = vec![vec![0.0; 3]];
-        for k in 1..pieces.spans.len() {
-            let before: [f64; 3] = begins[k - 1].as_slice().try_into().unwrap();
-            let span = pieces.spans[k - 1].clone();
-            begins.push(drive.end(&before, &voltage[span]).to_vec());
-        }
-        let left = |caught: f64| -> Vec<Vec<f64>> {
-            let level = |k: usize| if k == 7 { caught } else { 1.0 };
-            (0..begins.len()).map(|k| vec![level(k); 100]).collect()
-        };
-        let mut settled = Settled {
-            estimate,
-            sigma: vec![],
-            begins: begins.clone(),
-            rms: [1.0; 2],
-            left: [left(1.0), left(2.0)],
-            rounding: [0.0; 2],
-            cost: 0.0,
-            units: pieces.units,
-            smooth: true,
-        };
-        settled.begins[7] = vec![0.1, 3.0, -0.2];
-        let anew = freed::<3>(&record, FINE, &settled).unwrap().unwrap();
-        for (anew, wanted) in anew.iter().flatten().zip(begins.iter().flatten()) {
-            assert!((anew - wanted).abs() < 1e-12, "{anew} {wanted}");
-        }
-        // nothing is begun anew where all leave alike
-        settled.left = [left(1.0), left(1.1)];
-        assert!(freed::<3>(&record, FINE, &settled).unwrap().is_none());
-    }
 }
