@@ -5,6 +5,7 @@
 //! the marked one does not is the machine's doing; what neither melts, the recipe's.
 
 mod beam;
+mod dwell;
 mod judge;
 mod keyhole;
 mod surface;
@@ -14,6 +15,7 @@ use std::path::Path;
 use meltpath_base::number::significant;
 use meltpath_base::settings::{Problem, Problems};
 use meltpath_base::{Length, Observer, Provenance, Ratio};
+use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::material::file::Readings;
@@ -34,6 +36,8 @@ use meltpath_toolpath::Role;
 use surface::{beside, closed};
 
 pub use beam::BeamRecord;
+use dwell::{Standing, longest};
+pub(super) use dwell::{check as dwell_check, told as tell_waits};
 pub use judge::check;
 pub(crate) use judge::dug;
 pub(super) use keyhole::check as keyhole_check;
@@ -105,6 +109,7 @@ pub fn resolve(
         )
     })?;
     let preheat = table.preheat.0;
+    warmed(table, &material)?;
     let medium = Medium::effective(&material, preheat, Body::HalfSpace).map_err(|_| {
         let message = format!(
             "the bed is at {:.0} °C, the material is liquid from {:.0} °C",
@@ -135,6 +140,30 @@ pub fn resolve(
          their depth told by the scaling of Gan et al. 2021 where it was measured",
     );
     Ok(settings)
+}
+
+/// Refuses beds below absolute zero, and those that begin to melt.
+fn warmed(table: &HeatTable, material: &Material) -> Result<(), Problem> {
+    let bed = table.preheat.0;
+    let told = if bed < 0.0 {
+        let zero = -CELSIUS;
+        format!(
+            "the bed is at {:.0} °C, below absolute zero, {zero} °C",
+            bed - CELSIUS
+        )
+    } else if bed >= material.solidus {
+        format!(
+            "the bed is at {:.0} °C, the material begins to melt at {:.0} °C",
+            bed - CELSIUS,
+            material.solidus - CELSIUS
+        )
+    } else {
+        return Ok(());
+    };
+    Err(table.preheat.problem(told).help(format!(
+        "a bed is solid: give heat.preheat below {:.0} °C",
+        material.solidus - CELSIUS
+    )))
 }
 
 /// Refuses cells of which the margin alone would have more than any map.
@@ -219,25 +248,27 @@ pub struct RecipeHeat {
     pub cold: Vec<Cold>,
     /// How near the surface is to boiling.
     pub boiling: Vec<Boiling>,
+    /// Where the lit beam stands between marks and heats the most.
+    pub standing: Option<Standing>,
     /// Whether marks were left out.
     pub cut: bool,
 }
 
-/// Draws the first square or layer of a recipe, whose lines lie `hatch` mm apart.
+/// Draws the first square or layer of a recipe, whose lines lie `hatch` mm apart and whose power follows a law.
 ///
 /// # Errors
 /// [`HeatError`].
 pub fn melt(
     settings: &HeatSettings,
-    job: &ScanJob,
+    (job, law): (&ScanJob, PowerLaw),
     record: BeamRecord,
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
-    let asked = commanded(job, record.last, settings.marks, settings.spot)?;
+    let asked = commanded((job, law), record.last, settings.marks, settings.spot)?;
     let (last, cut) = (record.last, record.cut);
     let marked = BeamPath::new(record.points)?;
-    let plain = frame(settings, &asked)?;
+    let plain = frame(settings, &asked, hatch)?;
     let drawn = |name, path, share| drawn(settings, &plain, (name, path, share), observer);
     let (first, others) = rayon::join(
         || drawn("as commanded", &asked, 1.0),
@@ -245,8 +276,12 @@ pub fn melt(
     );
     let [second, third, fourth] = others;
     let drawings = [first?, second?, third?, fourth?];
-    let boiling = boiling(settings, job, last);
-    Ok(told(settings, drawings, (&asked, hatch), (boiling, cut)))
+    let found = Found {
+        boiling: boiling(settings, job, last),
+        standing: longest(settings, (job, law), last),
+        cut,
+    };
+    Ok(told(settings, drawings, (&asked, hatch), found))
 }
 
 /// Draws the path that the same recipe has on a head that behaves otherwise: what was commanded is that of `value`.
@@ -256,23 +291,23 @@ pub fn melt(
 pub(super) fn melt_otherwise(
     settings: &HeatSettings,
     value: &RecipeHeat,
-    (job, record): (&ScanJob, BeamRecord),
+    (job, law, record): (&ScanJob, PowerLaw, BeamRecord),
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
-    let asked = commanded(job, record.last, settings.marks, settings.spot)?;
-    let plain = frame(settings, &asked)?;
+    let asked = commanded((job, law), record.last, settings.marks, settings.spot)?;
+    let plain = frame(settings, &asked, hatch)?;
     let cut = record.cut;
     let marked = BeamPath::new(record.points)?;
     let [second, third, fourth] =
         three(|name, share| drawn(settings, &plain, (name, &marked, share), observer));
     let drawings = [value.drawings[0].clone(), second?, third?, fourth?];
-    Ok(told(
-        settings,
-        drawings,
-        (&asked, hatch),
-        (value.boiling.clone(), cut),
-    ))
+    let found = Found {
+        boiling: value.boiling.clone(),
+        standing: value.standing,
+        cut,
+    };
+    Ok(told(settings, drawings, (&asked, hatch), found))
 }
 
 /// The marked path with what the job says is absorbed, with less and with more.
@@ -290,8 +325,10 @@ fn three<R: Send>(draw: impl Fn(&'static str, f64) -> R + Sync) -> [R; 3] {
     [second, third, fourth]
 }
 
-/// The map round the commanded marks, nothing melted.
-fn frame(settings: &HeatSettings, asked: &BeamPath) -> Result<FusionMap, HeatError> {
+/// The map round the commanded marks, nothing melted. Half a hatch and a spot beside them it holds whatever the margin: what is
+/// judged lies there.
+fn frame(settings: &HeatSettings, asked: &BeamPath, hatch: f64) -> Result<FusionMap, HeatError> {
+    let margin = settings.margin.max(0.5 * hatch + settings.spot);
     let marks = |axis: fn(&BeamPoint) -> f64| {
         let ends = lit(asked).flatten().map(axis);
         ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
@@ -300,8 +337,8 @@ fn frame(settings: &HeatSettings, asked: &BeamPath) -> Result<FusionMap, HeatErr
     };
     let ([x0, x1], [y0, y1]) = (marks(|p| p.x), marks(|p| p.y));
     Ok(FusionMap::covering(
-        [x0 - settings.margin, y0 - settings.margin],
-        [x1 + settings.margin, y1 + settings.margin],
+        [x0 - margin, y0 - margin],
+        [x1 + margin, y1 + margin],
         settings.cell,
         settings.layer,
         settings.medium.ambient,
@@ -341,12 +378,19 @@ fn drawn(
     })
 }
 
+/// What is told of a recipe beside its drawings.
+struct Found {
+    boiling: Vec<Boiling>,
+    standing: Option<Standing>,
+    cut: bool,
+}
+
 /// Areas and shares of the drawings.
 fn told(
     settings: &HeatSettings,
     mut drawings: [Melted; 4],
     (asked, hatch): (&BeamPath, f64),
-    (boiling, cut): (Vec<Boiling>, bool),
+    found: Found,
 ) -> RecipeHeat {
     let liquidus = settings.material.liquidus;
     let melted = drawings
@@ -367,9 +411,10 @@ fn told(
     RecipeHeat {
         surface: all * one,
         cold: cold(&drawings[0].map, &surface, &melted[1]),
-        boiling,
+        boiling: found.boiling,
+        standing: found.standing,
         drawings,
-        cut,
+        cut: found.cut,
     }
 }
 

@@ -309,10 +309,12 @@ impl<'a> Run<'a> {
         let RunSummary { duration, .. } = ran?;
         let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
         self.judge_reach(&reach);
+        heat::tell_waits(&self.recipe.name, (&first, law), self.reporter);
         let heat = match heat.zip(record) {
             None => None,
             Some((settings, record)) => {
-                Some(heat::melt(settings, &first, record, hatch, self.observer)?)
+                let job = (&first, law);
+                Some(heat::melt(settings, job, record, hatch, self.observer)?)
             }
         };
         let ends = match ended {
@@ -411,7 +413,10 @@ impl<'a> Run<'a> {
         let heat = match (settings, value, end.record) {
             (Some(settings), Some(value), Some(record)) => {
                 let observer = &Quiet(self.observer);
-                let again = heat::melt_otherwise(settings, value, (first, record), hatch, observer);
+                let again = {
+                    let drawn = (first, self.recipe.power_law, record);
+                    heat::melt_otherwise(settings, value, drawn, hatch, observer)
+                };
                 Some(again?)
             }
             _ => None,

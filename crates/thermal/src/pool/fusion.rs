@@ -212,6 +212,9 @@ struct Look {
     lit: bool,
 }
 
+/// Times that heat takes to the plane after which a lit beam is looked at that went less than a step.
+const STANDS: f64 = 10.0;
+
 /// Moments a `step` of travel apart while the beam is on, and some after it has gone off.
 fn looks(engine: &MovingSource, depth: f64, step: f64) -> Vec<Look> {
     // heat from the surface is at its hottest at depth z after z²/(2α)
@@ -247,9 +250,25 @@ fn looks(engine: &MovingSource, depth: f64, step: f64) -> Vec<Look> {
             looks.pop();
         }
         if length == 0.0 {
+            // a beam that stands heats what is below it until it goes on
+            let direction = looks.last().map_or([1.0, 0.0], |l| l.direction);
+            looks.push(Look {
+                time: b.time,
+                place: [a.x, a.y],
+                direction,
+                lit: true,
+            });
+            since = 0.0;
             continue;
         }
         let direction = [dx / length, dy / length];
+        // so slow that it all but stands: as mirrors settle while they wait
+        if looks
+            .last()
+            .is_some_and(|l| l.lit && b.time - l.time > STANDS * reach)
+        {
+            since = f64::max(since, step - length);
+        }
         let mut at = step - since;
         while at <= length {
             let share = (at / length).max(0.0);
@@ -267,11 +286,15 @@ fn looks(engine: &MovingSource, depth: f64, step: f64) -> Vec<Look> {
     looks
 }
 
+/// The source's plates, K.
+const ROOM: f64 = 293.15;
+
 /// Power absorbed over what a flat surface can conduct away before it boils: the normalised enthalpy of King et al. 2014
 /// (Journal of Materials Processing Technology 214, after Hann et al. 2011),
 /// `ΔH/h_s = P/(π h_s √(D v a³))` with `h_s` the heat to the melting point and `a` the beam's radius (two standard
 /// deviations), divided by its threshold `π T_b/T_m`. Well below 1 heat is conducted away from a nearly flat surface; from 1 on
-/// the surface boils and a keyhole forms. Power absorbed in W, speed in mm/s, diameter (four standard deviations) in mm; none where
+/// the surface boils and a keyhole forms. Theirs are plates at room temperature, and so are the properties here. On a bed at `T_0` the
+/// beam has less left to heat before it boils: the number is greater as `(T_b − T_room)/(T_b − T_0)`, which is ours. Power absorbed in W, speed in mm/s, diameter (four standard deviations) in mm; none where
 /// the material has no boiling point.
 ///
 /// ```
@@ -294,9 +317,36 @@ pub fn boiling_number(
     let boiling = material.evaporation.as_ref()?.components.first()?.boiling;
     // without the latent heat, as the source has it
     let latent = 1e-9 * material.density(material.solidus) * material.latent;
-    let melting = medium.heat_capacity() * (material.liquidus - medium.ambient) - latent;
+    let cold = Medium::effective(material, ROOM, medium.body).ok()?;
+    let melting = cold.heat_capacity() * (material.liquidus - ROOM) - latent;
     let radius = 0.5 * diameter;
-    let spread = (medium.diffusivity * speed * radius.powi(3)).sqrt();
+    let spread = (cold.diffusivity * speed * radius.powi(3)).sqrt();
     let enthalpy = absorbed / (std::f64::consts::PI * melting * spread);
-    Some(enthalpy * material.liquidus / (std::f64::consts::PI * boiling))
+    let left = (boiling - ROOM) / (boiling - medium.ambient).max(1.0);
+    Some(left * enthalpy * material.liquidus / (std::f64::consts::PI * boiling))
+}
+
+/// By how much a Gaussian spot of `diameter` mm (four standard deviations) that stands for `time` s and of which `absorbed` W become
+/// heat warms its middle, K, on a half space: `P/(√(2π) k w) · (2/π) arctan(√(2αt)/σ)` with `w = 2σ` (Carslaw and Jaeger 1959,
+/// chapter X, point sources of the surface summed over spot and time). Conduction only; what stays for ever warms it by
+/// `P/(√(2π) k w)`.
+///
+/// ```
+/// # let text = meltpath_data::materials::IN625_LASER.text;
+/// # let alloy = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
+/// use meltpath_thermal::material::medium::{Body, Medium};
+/// use meltpath_thermal::pool::fusion::standing_rise;
+/// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();
+/// let ever = 60.0 / (2.0 * std::f64::consts::PI).sqrt() / medium.conductivity / 0.05;
+/// assert!((standing_rise(&medium, 60.0, 0.1, 1e9) / ever - 1.0).abs() < 1e-4);
+/// // at first as if nothing flowed off: twice the flux times √(t/(π k ρc))
+/// let (time, flux) = (1e-7_f64, 60.0 / (2.0 * std::f64::consts::PI * 0.025_f64.powi(2)));
+/// let early = 2.0 * flux / medium.conductivity * (medium.diffusivity * time / std::f64::consts::PI).sqrt();
+/// assert!((standing_rise(&medium, 60.0, 0.1, time) / early - 1.0).abs() < 0.01);
+/// ```
+pub fn standing_rise(medium: &Medium, absorbed: f64, diameter: f64, time: f64) -> f64 {
+    use std::f64::consts::{FRAC_2_PI, TAU};
+    let sigma = 0.25 * diameter;
+    let ever = absorbed / (TAU.sqrt() * medium.conductivity * 2.0 * sigma);
+    ever * FRAC_2_PI * ((2.0 * medium.diffusivity * time.max(0.0)).sqrt() / sigma).atan()
 }

@@ -1,6 +1,7 @@
 //! The beam over a recipe's path: as the head drew it, and as it was commanded.
 
-use meltpath_scan_head::head::vector::ScanJob;
+use meltpath_scan_head::head::power::PowerLaw;
+use meltpath_scan_head::head::vector::{ScanJob, Vector};
 use meltpath_thermal::beam::{BeamError, BeamPath, BeamPoint};
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
@@ -71,9 +72,19 @@ impl MotionSink for BeamRecord {
     }
 }
 
-/// The beam as commanded: marks at their speeds with light from end to end, and the recipe's waits.
+/// The power of a beam that stands at the end of a vector until the next begins, W: from mark to mark the light stays on.
+pub(super) fn while_it_stands(v: &Vector, next: Option<&Vector>, law: PowerLaw) -> f64 {
+    let between = v.kind.deposits() && next.is_some_and(|next| next.kind.deposits());
+    if between && v.wait > 0.0 {
+        law.power(v.power, v.speed, 0.0)
+    } else {
+        0.0
+    }
+}
+
+/// The beam as commanded: marks at their speeds with light from end to end, and the recipe's waits, from mark to mark in the light.
 pub(super) fn commanded(
-    job: &ScanJob,
+    (job, law): (&ScanJob, PowerLaw),
     last: u32,
     longest: f64,
     spot: f64,
@@ -85,17 +96,18 @@ pub(super) fn commanded(
             break;
         }
         let (from, length) = (job.start_of(i), job.length_of(i));
-        let row = |time: f64, at: meltpath_geometry::math::DVec3, on: bool| BeamPoint {
+        let row = |time: f64, at: meltpath_geometry::math::DVec3, power: f64| BeamPoint {
             time,
             x: at.x,
             y: at.y,
-            power: if on { v.power } else { 0.0 },
+            power,
             spot,
         };
         let on = v.kind.deposits();
-        points.push(row(time, from, on));
+        points.push(row(time, from, if on { v.power } else { 0.0 }));
         time += if v.speed > 0.0 { length / v.speed } else { 0.0 };
-        points.push(row(time, v.end, false));
+        let next = job.vectors.get(i + 1).filter(|_| i < last as usize);
+        points.push(row(time, v.end, while_it_stands(v, next, law)));
         time += v.wait;
         if on {
             lit += length;

@@ -1,5 +1,6 @@
 //! The judgement of what a recipe melts.
 
+use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 
 use meltpath_thermal::pool::keyhole::Mode;
@@ -43,8 +44,8 @@ pub fn check(
         reporter.warn(
             "heat-cut",
             format!(
-                "{recipe}: only the first {:.2} m of marks were followed by the heat engine",
-                1e-3 * settings.marks
+                "{recipe}: only the first {} mm of marks were followed by the heat engine",
+                significant(settings.marks, 3)
             ),
             "raise heat.marks; a metre takes some ten seconds",
         );

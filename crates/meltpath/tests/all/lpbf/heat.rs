@@ -97,7 +97,10 @@ fn mistakes_are_named() {
         r#"
         layer = "10 µm" => material = "cheese" => no material "cheese"
         layer = "10 µm" => absorptivity = "140 %" => 140 %
-        layer = "10 µm" => preheat = "1500 degC" => liquid from 1347
+        layer = "10 µm" => preheat = "1500 degC" => begins to melt at 1137
+        layer = "10 µm" => preheat = "1300 degC" => begins to melt at 1137
+        layer = "10 µm" => preheat = "-500 degC" => below absolute zero
+        layer = "10 µm" => absorptivity = "0.28" => write for example "28 %"
         layer = "10 µm" => cell = "0.1 µm" => larger cells
         layer = "10 µm" => layer = "0 µm" => above zero"#,
     ) {
@@ -112,6 +115,67 @@ fn mistakes_are_named() {
                     .is_none()
         );
     }
+}
+
+/// A wait between marks is one in the light: it is judged where the beam stands, melts what is below it, and is told where it brings most
+/// of the energy.
+#[test]
+fn a_lit_beam_that_stands_is_judged() {
+    let place = tempfile::tempdir().unwrap();
+    let rows = "kind,x_mm,y_mm\nstart,0,0\ncontour,1,0\ncontour,1,1\ncontour,0,1\ncontour,0,0\n";
+    fs::write(place.path().join("square.csv"), rows).unwrap();
+    let job = JOB
+        .replace(
+            "[plate]\nblock = [1, 1]\nside = \"3 mm\"\nhatch = \"0.05 mm\"",
+            "",
+        )
+        .replace("[lpbf]", "[lpbf]\nlayers = \"square.csv\"");
+    let waits = |power: &str, wait: &str| {
+        let recipe = soft(power);
+        let lines = recipe.lines().map(|line| match line.split_once(" = ") {
+            Some(("polygon_wait", _)) => {
+                format!("polygon_wait = {{ value = \"{wait}\", source = \"own\" }}")
+            }
+            _ => line.to_owned(),
+        });
+        let recipe = lines.collect::<Vec<_>>().join("\n");
+        run(place.path(), &job, &recipe).unwrap().verdict
+    };
+    let dwell = |verdict: &meltpath_base::Verdict| {
+        let check = verdict.checks.iter().find(|c| c.id == "dwell-1");
+        check.map(|c| (c.status, c.value.clone().unwrap().value))
+    };
+    let none = waits("70 W", "0 ms");
+    assert_eq!(dwell(&none), None);
+    assert!(!warned(&none, "waits-in-the-light"));
+    let long = waits("70 W", "2 ms");
+    let (status, number) = dwell(&long).unwrap();
+    assert!(status == Status::CannotSay && number > 1.0, "{number}");
+    assert!(warned(&long, "waits-in-the-light"));
+    let faint = waits("10 W", "2 ms");
+    let (status, number) = dwell(&faint).unwrap();
+    assert!(status == Status::Pass && number < 0.5, "{number}");
+    // what melts while the beam stands is commanded to
+    let fusion = |verdict: &meltpath_base::Verdict| {
+        let check = verdict.checks.iter().find(|c| c.id == "fusion-1");
+        check.unwrap().value.is_some()
+    };
+    assert!(!fusion(&waits("10 W", "0 ms")) && fusion(&waits("20 W", "2 ms")));
+}
+
+/// The margin is room for what melts beside the marks, not a cut through what is judged.
+#[test]
+fn a_narrow_margin_leaves_the_surface_whole() {
+    let place = tempfile::tempdir().unwrap();
+    let share = |more: &str| {
+        let job = JOB.replace("layer = \"10 µm\"", &format!("layer = \"10 µm\"\n{more}"));
+        let job = job.replace("0.05 mm", "0.1 mm").replace("3 mm", "1 mm");
+        let outcome = run(place.path(), &job, &soft("70 W")).unwrap();
+        let check = outcome.verdict.checks.iter().find(|c| c.id == "fusion-1");
+        check.unwrap().value.clone().unwrap().value
+    };
+    let (usual, narrow) = (share(""), share("margin = \"0.01 mm\""));
+    assert!((usual - narrow).abs() < 2.0, "{usual} {narrow}");
 }
 
 /// One-way lines, as a layer file: the powder of a part that is drawn too faintly to melt counts, and all of each line is looked at.
