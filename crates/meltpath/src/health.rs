@@ -3,27 +3,29 @@
 //! Source: Rasoanarivo 2020, § 2.4. The history is a file of lines, one JSON record a test, to which tests are only ever added.
 
 pub mod history;
+mod recorded;
 
 use std::path::{Path, PathBuf};
 
 use crate::data::DataText;
-use crate::identify::bench;
 use crate::views;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
 use meltpath_data::scan_heads;
-use meltpath_perception::{Mapping, RecordError, read};
-use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
+use meltpath_perception::RecordError;
+use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{
-    Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
+    first_stage, harmless, simulate_first_stage, simulate_second_stage,
 };
 use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
 use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
 use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::record::Excitation;
+
+use recorded::recorded;
 
 pub use history::{Entry, History, HistoryError};
 
@@ -101,6 +103,18 @@ pub enum HealthError {
     /// The simulated axis, or its signal.
     #[error("second stage: {0}")]
     Bench(#[from] AxisError),
+    /// A sequence that drives the motor into its stops.
+    #[error(
+        "no signal is written: by the head's file the motor of the {axis} axis drifts to {reached:.1} deg in open loop under a binary sequence of any amplitude, its travel is ±{travel:.1} deg; record the first stage with the position loop closed: add a binary sequence of a few tenths of a degree to its set-points, and map them as [channels.set-point]"
+    )]
+    Stops {
+        /// The axis.
+        axis: String,
+        /// How far it goes, deg.
+        reached: f64,
+        /// Its travel, deg.
+        travel: f64,
+    },
     /// The history.
     #[error(transparent)]
     History(#[from] HistoryError),
@@ -180,7 +194,7 @@ impl Subject {
         Ok(Km0Signal::for_axis(&self.data).samples(self.period)?)
     }
 
-    /// Writes both stages' signals, to be played by the bench or the machine: `stage1.csv` (motor voltage, open loop) and
+    /// Writes both stages' signals, the first as large as the head's own motor bears within its travel, to be played by the bench or the machine: `stage1.csv` (motor voltage, open loop) and
     /// `stage2.csv` (set-points of the closed loop).
     ///
     /// # Errors
@@ -196,11 +210,14 @@ impl Subject {
                 Ok(())
             })
         };
-        column(
-            "stage1.csv",
-            "voltage_V",
-            &sequence(self.period, AMPLITUDE)?,
-        )?;
+        let (voltage, _) = harmless(&self.data, self.period, AMPLITUDE)?.map_err(|reached| {
+            HealthError::Stops {
+                axis: self.axis.to_uppercase(),
+                reached: reached.to_degrees(),
+                travel: self.data.travel.to_degrees(),
+            }
+        })?;
+        column("stage1.csv", "voltage_V", &voltage)?;
         let degrees: Vec<f64> = self
             .signal()?
             .set_points
@@ -356,50 +373,6 @@ pub fn test(
         folder: report.commit()?,
         tests: history.entries().len(),
     })
-}
-
-/// Both stages from files.
-fn recorded(
-    subject: &Subject,
-    signal: &Km0Samples,
-    [first, second]: [&Path; 2],
-    mapping: &Path,
-    reporter: &Reporter,
-) -> Result<(Km0Stage1, AxisRecord), HealthError> {
-    let mapping = Mapping::load(mapping)?;
-    let one = read(first, &mapping, reporter)?;
-    let bench = bench(&one)?;
-    let excitation = match one.channel("set-point") {
-        Ok(s) if s.iter().any(|v| *v != s[0]) => Excitation::SetPoint(s),
-        _ => Excitation::Voltage,
-    };
-    let found = first_stage(&bench, excitation)?;
-    let two = read(second, &mapping, reporter)?;
-    if (two.period / subject.period - 1.0).abs() > 1e-3 {
-        return Err(HealthError::Period {
-            path: second.to_path_buf(),
-            head: subject.head.clone(),
-            found: two.period,
-            wanted: subject.period,
-        });
-    }
-    let begin = if let Ok(set_points) = two.channel("set-point") {
-        signal.align(set_points)?
-    } else {
-        reporter.warn(
-            "no-set-point",
-            "the second stage has no channel \"set-point\": it is taken to begin with its signal",
-            "record the set-points too",
-        );
-        0
-    };
-    let response = AxisRecord {
-        reference: signal.set_points.clone(),
-        angle: two.channel("angle")?[begin..].to_vec(),
-        current: two.channel("current")?[begin..].to_vec(),
-        voltage: Vec::new(),
-    };
-    Ok((found, response))
 }
 
 /// Scales what an axis has; whether it has it.

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use meltpath::health::{Bench, Circumstances, HealthError, History, Subject, test};
 use meltpath_base::{Reporter, Status};
+use meltpath_scan_head::axis::plant::Plant;
 use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{simulate_first_stage, simulate_second_stage};
 use meltpath_scan_head::health::rating::Rating;
@@ -309,5 +310,52 @@ fn friction_of_any_law_grows_and_what_is_not_there_is_refused() {
         assert_eq!(worn.rating, Rating::Intervene, "{law}{:?}", worn.drifts);
         let coulomb = worn.drifts.iter().find(|d| d.quantity == "Coulomb torque");
         assert_eq!(coulomb.unwrap().rating, Rating::Intervene, "{law}");
+    }
+}
+
+/// The first stage that is written does not drive the head's own motor into its stops.
+#[test]
+fn a_written_first_stage_stays_within_the_travel() {
+    for (head, axis) in [
+        ("two-axis-150", "x"),
+        ("two-axis-150", "y"),
+        ("three-axis-350", "x"),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let subject = Subject::find("own", head, axis).unwrap();
+        let folder = match subject.write_signal(&dir.path().join("signal")) {
+            Ok(folder) => folder,
+            Err(refused) => {
+                let refused = refused.to_string();
+                println!("{head} {axis}: {refused}");
+                assert!(
+                    refused.contains("with the position loop closed"),
+                    "{refused}"
+                );
+                continue;
+            }
+        };
+        let text = fs::read_to_string(folder.join("stage1.csv")).unwrap();
+        let volts = text.lines().skip(1).map(|l| l.split(',').nth(1).unwrap());
+        let volts: Vec<f64> = volts.map(|v| v.parse().unwrap()).collect();
+        println!("{head} {axis}: {} V", volts[0]);
+        let data = files::parse_head(match head {
+            "two-axis-150" => meltpath_data::scan_heads::TWO_AXIS_150.text,
+            _ => meltpath_data::scan_heads::THREE_AXIS_350.text,
+        });
+        let data = data.unwrap().head;
+        let axis = data.mirrors[usize::from(axis == "y")]
+            .motor()
+            .unwrap()
+            .clone();
+        let mut plant = Plant::<5>::new(&axis.motor, &[data.period], 0.0);
+        if axis.motor.modes.len() != 1 {
+            continue;
+        }
+        let plant = plant.as_mut().unwrap();
+        for volt in volts {
+            plant.advance(0, volt, 0.0);
+            assert!(plant.angle().abs() < axis.travel, "{head}");
+        }
     }
 }

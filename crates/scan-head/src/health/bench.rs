@@ -225,6 +225,50 @@ pub fn simulate_first_stage(axis: &Axis, period: f64) -> Result<BenchColumns, Ax
     }
 }
 
+/// Share of its travel that a motor may go under a sequence that is to be played on it: another one drifts farther.
+const HARMLESS: f64 = 0.7;
+/// The least amplitude of a sequence, V.
+const LEAST: f64 = 0.02;
+
+/// The first stage's sequence for an axis, of the greatest amplitude (V) up to `amplitude`, less a fifth as often as needed, under which the
+/// axis' motor stays within its travel with the friction and the bias torque that its head's file tells.
+///
+/// # Errors
+/// How far the motor goes at the least, rad, where none is harmless; [`AxisError`].
+pub fn harmless(
+    axis: &Axis,
+    period: f64,
+    amplitude: f64,
+) -> Result<Result<(Vec<f64>, f64), f64>, AxisError> {
+    let (mut amplitude, mut least) = (amplitude, f64::INFINITY);
+    while amplitude >= LEAST {
+        let voltage = sequence(period, amplitude)?;
+        let farthest = match axis.motor.modes.len() {
+            0 => farthest::<3>(axis, period, &voltage)?,
+            1 => farthest::<5>(axis, period, &voltage)?,
+            2 => farthest::<7>(axis, period, &voltage)?,
+            _ => farthest::<{ 3 + 2 * MOST_MODES }>(axis, period, &voltage)?,
+        };
+        if farthest <= HARMLESS * axis.travel {
+            return Ok(Ok((voltage, amplitude)));
+        }
+        least = least.min(farthest);
+        amplitude *= 0.8;
+    }
+    Ok(Err(least))
+}
+
+/// The largest angle of an axis' motor under voltages from rest at the middle of its travel, rad.
+fn farthest<const N: usize>(axis: &Axis, period: f64, voltage: &[f64]) -> Result<f64, AxisError> {
+    let mut plant = Plant::<N>::new(&axis.motor, &[period], 0.0)?;
+    let mut farthest = 0.0_f64;
+    for &u in voltage {
+        plant.advance(0, u, 0.0);
+        farthest = farthest.max(plant.angle().abs());
+    }
+    Ok(farthest)
+}
+
 fn drive<const N: usize>(
     axis: &Axis,
     period: f64,

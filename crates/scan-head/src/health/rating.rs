@@ -115,6 +115,8 @@ struct Watched {
     floor: f64,
     grows: Grows,
     fault: &'static str,
+    /// The likely fault where the quantity grew, if that is another.
+    grown: Option<&'static str>,
     action: &'static str,
 }
 
@@ -125,6 +127,7 @@ const fn either(limits: (f64, f64), fault: &'static str, action: &'static str) -
         floor: 0.0,
         grows: Grows::Either,
         fault,
+        grown: None,
         action,
     }
 }
@@ -144,11 +147,17 @@ const RESISTANCE: Watched = either(
     DRIVER,
 );
 const INDUCTANCE: Watched = either((0.10, 0.25), "short-circuited turns", DRIVER);
-const TORQUE_CONSTANT: Watched = either(
-    (0.10, 0.25),
-    "a demagnetised rotor",
-    "check for overheating; replace the galvanometer",
-);
+const TORQUE_CONSTANT: Watched = Watched {
+    // rotors lose magnetism and do not gain any
+    grown: Some(
+        "another motor or ammeter, or an encoder of another scale: a rotor gains no magnetism",
+    ),
+    ..either(
+        (0.10, 0.25),
+        "a demagnetised rotor",
+        "check for overheating, and the scales of current and angle in the mapping; replace the galvanometer",
+    )
+};
 const INERTIA: Watched = either(
     (0.03, 0.08),
     "a mirror that is loose, dirty or replaced by another",
@@ -212,7 +221,7 @@ impl Watched {
             size,
             limits: self.limits,
             rating,
-            fault: self.fault,
+            fault: self.grown.filter(|_| change > 0.0).unwrap_or(self.fault),
             action: self.action,
         }
     }
