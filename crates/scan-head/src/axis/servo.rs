@@ -2,7 +2,8 @@
 //!
 //! Source: ours. At each sample the axis accelerates by ω²(r − θ) − 2ωθ̇ with ω = 2/τ until the next: critically damped, so that it
 //! neither overshoots nor waits, and behind a steady ramp by the tracking delay τ, exactly. Acceleration and speed are cut at
-//! the data sheet's. Valid for drives whose lag does not depend on what is marked; friction, modes, drift and noise, which data sheets do not tell, are
+//! the data sheet's, and speed at what still stops within what is left, `√(2 a d)`: where the acceleration's limit would let it overshoot
+//! it brakes in time. Faster than `2 a τ` it lags behind a ramp by `v²/(2 a)` therefore. Valid for drives whose lag does not depend on what is marked; friction, modes, drift and noise, which data sheets do not tell, are
 //! left out: contours come out better than they are where these matter. Drives that look ahead along the path lag otherwise.
 
 use crate::axis::chain::{AxisRecord, RunningAxis, Runs};
@@ -49,8 +50,26 @@ impl Moving {
         let wanted = omega * (omega * (set_point - self.angle) - 2.0 * self.speed);
         let before = self.speed;
         let after = before + self.period * wanted.clamp(-acceleration, acceleration);
+        let after = self.in_time(set_point - self.angle, after);
         self.speed = after.clamp(-speed_limit, speed_limit);
         self.angle += 0.5 * self.period * (before + self.speed);
+    }
+}
+
+impl Moving {
+    /// The speed after a sample, from which the axis can still stop before it has gone what is left, as far as its acceleration allows.
+    #[inline]
+    fn in_time(&self, left: f64, after: f64) -> f64 {
+        let (most, period) = (self.servo.acceleration, self.period);
+        let way = left.signum();
+        if !most.is_finite() || way * after <= 0.0 {
+            return after;
+        }
+        // with the speed v after the sample: left − period (before + v)/2 = v²/(2 most)
+        let before = way * self.speed;
+        let free = (left.abs() - 0.5 * period * before).max(0.0);
+        let stops = most * ((0.25 * period * period + 2.0 * free / most).sqrt() - 0.5 * period);
+        way * (way * after).min(stops.max(before - most * period))
     }
 }
 
@@ -235,6 +254,29 @@ mod tests {
         assert!((9.99..=10.0 + 1e-9).contains(&fastest), "{fastest}");
         assert!((1.9e4..=2e4 * (1.0 + 1e-6)).contains(&hardest), "{hardest}");
         assert!((record.angle[3999] - 0.1).abs() < 1e-6);
+    }
+
+    /// What stops within an acceleration does not overshoot: neither a step, nor a ramp that ends at speed.
+    #[test]
+    fn it_brakes_in_time() {
+        for (acceleration, speed) in [(2e4, 10.0), (2e4, 100.0), (1e5, 30.0), (5e3, 30.0)] {
+            let limited = Servo {
+                acceleration,
+                speed_limit: speed,
+                ..servo()
+            };
+            let end = 0.1;
+            let ramp: Vec<f64> = (0..6000)
+                .map(|k| (speed * PERIOD * f64::from(k)).min(end))
+                .collect();
+            for set_points in [vec![end; 6000], ramp] {
+                let record = limited.start(PERIOD, 0.0).unwrap();
+                let record = record.record(&set_points).unwrap();
+                let most = record.angle.iter().fold(0.0_f64, |a, b| a.max(*b));
+                assert!(most < end * (1.0 + 1e-9), "{acceleration} {speed}: {most}");
+                assert!((record.angle[5999] - end).abs() < 1e-6);
+            }
+        }
     }
 
     /// The acceleration that a data sheet's step tells makes that step.
