@@ -161,6 +161,7 @@ pub(super) fn checks(
             }));
             let keyhole = r.heat.as_ref();
             checks.extend(keyhole.map(|h| heat::keyhole_check(k + 1, &r.recipe.name, h)));
+            checks.extend(keyhole.and_then(|h| heat::dwell_check(k + 1, &r.recipe.name, h)));
         }
     } else {
         checks.push(Check::not_checked(
@@ -190,9 +191,13 @@ fn contours(settings: &Settings, number: usize, recipe: &str, errors: &PathError
         }
         None => Measure::exact(below, "%"),
     };
+    let strays = match left_out.flatten() {
+        Some(_) => ", with what the head's file says that it leaves out",
+        None => "",
+    };
     let title = format!(
-        "{recipe}: way along contours within {:.0} µm",
-        1e3 * limits.contour_error.0
+        "{recipe}: way along contours within {:.0} µm{strays}",
+        1e3 * bound
     );
     let limit = Limit::AtLeast(100.0 * limits.contour_share.0);
     let check = Check::judge(&id, &title, found, limit);

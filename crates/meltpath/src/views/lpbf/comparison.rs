@@ -4,6 +4,7 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
+use meltpath_scan_head::measures::histogram::Histogram;
 
 use crate::lpbf::plan::Plan;
 use crate::lpbf::plan::work::Work;
@@ -20,6 +21,16 @@ pub(super) struct Comparison<'a> {
     plan: &'a Plan,
     results: &'a [RecipeResult<'a>],
     lines: Vec<Line>,
+}
+
+/// A quantile of energies a millimetre, %; beyond the histogram's bins only that it is more.
+fn energy(of: &Histogram, q: f64) -> Cell {
+    let value = of.quantile(q);
+    let most = of.bin * (of.counts.len() - 1) as f64;
+    if value >= most {
+        return Cell::text(&format!("more than {:.0}", 100.0 * most));
+    }
+    Cell::Fixed(100.0 * value, 1)
 }
 
 impl<'a> Comparison<'a> {
@@ -68,9 +79,14 @@ impl<'a> Comparison<'a> {
         } else {
             &[10.0, 30.0, 100.0, 200.0, 300.0]
         };
+        // what is left out of the simulation is not in these shares, and is in the verdict's
+        let strays = match self.plan.settings.data.head.left_out {
+            Some(_) => " as simulated",
+            None => "",
+        };
         for &limit in limits {
             self.add(
-                &format!("way along contours below {limit:.0} µm, %"),
+                &format!("way along contours below {limit:.0} µm{strays}, %"),
                 &|r| Cell::Fixed(100.0 * r.errors.contour_share(1e-3 * limit, None), 2),
             );
         }
@@ -106,11 +122,11 @@ impl<'a> Comparison<'a> {
         for (q, name) in [(0.5, "median"), (0.99, "99 % of pieces below")] {
             self.add(
                 &format!("energy a millimetre, contours, {name}, % of power over speed"),
-                &|r| Cell::Fixed(100.0 * r.energy.contour.quantile(q), 1),
+                &|r| energy(&r.energy.contour, q),
             );
             self.add(
                 &format!("energy a millimetre, fills, {name}, % of power over speed"),
-                &|r| Cell::Fixed(100.0 * r.energy.fill.quantile(q), 1),
+                &|r| energy(&r.energy.fill, q),
             );
         }
         self.add("energy a millimetre, most, % of power over speed", &|r| {
