@@ -14,7 +14,7 @@ pub(crate) mod trial;
 
 use std::path::Path;
 
-use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
+use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 
 use crate::identify::of_motor;
 use crate::job::{JobError, Problems, Written};
@@ -128,18 +128,29 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
     if let Some(spread) = &settings.spread
         && let Some(least) = chosen.least_distance
     {
-        checks.push(
-            Check::judge(
-                &format!("{letter}-mode"),
-                &format!(
-                    "{upper}: distance to the critical point of the exported controller, modes moved by ±{:.0} %",
-                    100.0 * (1.0 - spread.mode_shifts[0])
-                ),
-                Measure::exact(least, ""),
-                Limit::AtLeast(0.99 * spread.modulus_margin),
-            )
-            .remedy(format!("{}, or a smaller robust.mode_shift", sturdier(result))),
+        let check = Check::judge(
+            &format!("{letter}-mode"),
+            &format!(
+                "{upper}: distance to the critical point of the exported controller, modes moved by ±{:.0} %",
+                100.0 * (1.0 - spread.mode_shifts[0])
+            ),
+            Measure::exact(least, ""),
+            Limit::AtLeast(0.99 * spread.modulus_margin),
         );
+        // a cascade's distance is that of its continuous loop; the scattered motors are sampled
+        let check = match (chosen.lost(), result.choice) {
+            (lost @ 1.., Choice::Cascade) if check.status == Status::Pass => Check {
+                status: Status::CannotSay,
+                ..check
+            }
+            .because(&format!(
+                "this is the continuous loop's; sampled every {:.0} µs the controller loses {lost} scattered motors",
+                1e6 * settings.period
+            )),
+            _ => check,
+        };
+        let smaller = format!("{}, or a smaller robust.mode_shift", sturdier(result));
+        checks.push(check.remedy(smaller));
     }
     if *settings.file.compare.draws > 0 {
         checks.push(

@@ -104,6 +104,7 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
             }
         }
     }
+    problems.extend(beside(file));
     if !problems.is_empty() {
         return Err(problems.into());
     }
@@ -152,6 +153,29 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
         provenance: told,
         data,
     })
+}
+
+/// Motors of axes that are not tuned: what is written would do nothing.
+fn beside(file: &TuneFile) -> Vec<Problem> {
+    let motors = [
+        (AxisName::X, &file.motor.x),
+        (AxisName::Y, &file.motor.y),
+        (AxisName::Z, &file.motor.z),
+    ];
+    let idle = motors
+        .into_iter()
+        .filter(|(name, motor)| motor.is_some() && !file.axes.contains(name));
+    idle.map(|(name, motor)| {
+        let letter = name.letter();
+        motor
+            .problem(format!(
+                "motor.{letter} is given, and axes does not name {letter}: it is not tuned"
+            ))
+            .help(format!(
+                "add \"{letter}\" to axes, or leave motor.{letter} out"
+            ))
+    })
+    .collect()
 }
 
 fn robust(

@@ -338,3 +338,12 @@ fn an_axis_is_named_once() {
     let told = tuned(place.path(), &text).unwrap_err();
     assert!(told.contains("axes names y twice"), "{told}");
 }
+
+/// A motor of an axis that is not tuned does nothing: it is refused.
+#[test]
+fn motors_of_other_axes_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let text = SHORT.replacen('\n', "\naxes = [\"y\"]\nmotor.x = \"own.toml\"\n", 1);
+    let told = tuned(place.path(), &text).unwrap_err();
+    says(&told, &["motor.x is given", "axes does not name x"]);
+}
