@@ -101,6 +101,20 @@ pub(crate) fn in_first_unit(number: &str, units: &[Unit]) -> String {
     format!("{number} {}", units.first().map_or("", |u| u.symbol))
 }
 
+/// The text that a bare number is most likely meant as: shares below 1 are often written so, other numbers carry the first unit.
+pub(crate) fn with_unit(number: &str, units: &[Unit]) -> String {
+    let share = number.parse::<f64>().ok().filter(|n| 0.0 < *n && *n < 1.0);
+    match (units, share) {
+        ([unit, ..], Some(share)) if unit.symbol == "%" => {
+            let percent: f64 = format!("{:.9e}", 100.0 * share)
+                .parse()
+                .unwrap_or(100.0 * share);
+            format!("{percent} %")
+        }
+        _ => in_first_unit(number, units),
+    }
+}
+
 /// Reads `text` as a number followed by one of `units`; the result is in internal units.
 ///
 /// # Errors

@@ -6,7 +6,7 @@ use std::ops::Deref;
 use toml::de::DeValue;
 
 use super::{Json, Kind, Node, Place, Problem, Reader, Value};
-use crate::quantity::{Auto, Quantity, QuantityError, accepted, in_first_unit, parse};
+use crate::quantity::{Auto, Quantity, QuantityError, accepted, in_first_unit, parse, with_unit};
 
 /// A file, relative to the one it is named in.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,15 +49,15 @@ pub fn quantity<Q: Quantity>(node: &Node<'_>, place: &Place<'_>, reader: &mut Re
                 return None;
             }
             Err(QuantityError::Unit { .. }) if text.trim().parse::<f64>().is_ok() => {
-                in_first_unit(text.trim(), Q::UNITS)
+                with_unit(text.trim(), Q::UNITS)
             }
             Err(e) => {
                 reader.wrong(node, Problem::new(format!("{}: {e}", place.name)));
                 return None;
             }
         },
-        DeValue::Integer(n) => in_first_unit(n.as_str(), Q::UNITS),
-        DeValue::Float(n) => in_first_unit(n.as_str(), Q::UNITS),
+        DeValue::Integer(n) => with_unit(n.as_str(), Q::UNITS),
+        DeValue::Float(n) => with_unit(n.as_str(), Q::UNITS),
         _ => {
             let wanted = format!(
                 "a {} in quotes, such as \"{}\"",

@@ -61,6 +61,8 @@ impl<'a> Reading<'a> {
         layer: Layer,
         progress: &'a mut Progress,
     ) -> Self {
+        // lasers of different layers do not mark at the same time
+        progress.laser = None;
         Reading {
             resource,
             part,

@@ -1,5 +1,6 @@
 //! Why an axis, its motor or its control cannot be used.
 
+use meltpath_base::number::significant;
 use meltpath_control::SystemError;
 use meltpath_control::export::ExportError;
 
@@ -12,7 +13,7 @@ pub enum AxisError {
     )]
     Law,
     /// A parameter that has no sense.
-    #[error("{what} is {value}, but must be {wanted}")]
+    #[error("{what} is {}, but must be {wanted}", significant(*value, 6))]
     Parameter {
         /// Which one.
         what: &'static str,

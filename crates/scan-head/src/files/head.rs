@@ -9,6 +9,7 @@ use crate::head::scan_head::ScanHead;
 use crate::optics::beam::GaussianBeam;
 use crate::optics::focus::{FocusProjection, Lenses};
 use crate::optics::geometry::{FTheta, Geometry, PathSign, ThreeAxis, TwoAxis};
+use meltpath_base::number::significant;
 use meltpath_base::settings::{
     self, Json, Kind, Node, Place, Problem, Problems, Reader, Sourced, Value,
 };
@@ -215,6 +216,9 @@ pub struct HeadData {
     pub drag: [KnownDrag; 3],
 }
 
+/// Optical angle to either side beyond which no F-theta objective is taken for one, rad.
+const WIDEST_FIELD: f64 = std::f64::consts::FRAC_PI_4;
+
 /// What is wrong between the keys of a head's file.
 fn between_keys(file: &HeadFile) -> Vec<Problem> {
     let missing = match (&*file.focus, &*file.z) {
@@ -226,6 +230,7 @@ fn between_keys(file: &HeadFile) -> Vec<Problem> {
         let problem = Problem::new("a dynamic focus needs both tables [focus] and [z]");
         problem.help(format!("add [{table}]")).at(span.clone())
     });
+    let written = Option::<std::ops::Range<usize>>::is_some;
     let axes = match (&*file.servo, &*file.x, &*file.y) {
         (None, Some(_), Some(_)) => None,
         (Some(_), None, None) if file.z.is_none() => None,
@@ -234,14 +239,38 @@ fn between_keys(file: &HeadFile) -> Vec<Problem> {
                 .help("leave out one of the two")
                 .at(file.servo.span.clone()),
         ),
+        // written, and refused for what stands in them
+        (None, ..)
+            if written(&file.servo.span) || written(&file.x.span) && written(&file.y.span) =>
+        {
+            None
+        }
         (None, ..) => Some(
             Problem::new("the axes of the mirrors are missing")
                 .help("write [x] and [y] with their motors, or [servo] by the data sheet"),
         ),
     };
+    let wide = match &*file.geometry {
+        GeometryTable::FTheta(g) => {
+            let angle = 0.5 * file.head.field.0 / g.focal_length.0;
+            (angle > WIDEST_FIELD).then(|| {
+                let said = format!(
+                    "half the field of {} mm over the focal length of {} mm is an optical angle of {:.0} deg",
+                    significant(file.head.field.0, 4),
+                    significant(g.focal_length.0, 4),
+                    angle.to_degrees()
+                );
+                file.head.field.problem(said).help(
+                    "an F-theta objective bends the beam by some 20 to 30 deg to either side: read field and focal_length again",
+                )
+            })
+        }
+        _ => None,
+    };
     [&file.x, &file.y]
         .into_iter()
         .filter_map(|axis| axis.as_ref()?.friction_keys().check())
+        .chain(wide)
         .chain(focus)
         .chain(axes)
         .collect()
