@@ -2,126 +2,33 @@
 //!
 //! Source: Rasoanarivo 2020, § 2.4. The history is a file of lines, one JSON record a test, to which tests are only ever added.
 
+pub mod error;
 pub mod history;
-mod recorded;
 
 use std::path::{Path, PathBuf};
 
 use crate::data::DataText;
+use crate::identify::bench;
 use crate::views;
-use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::output::OutputFolder;
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
 use meltpath_data::scan_heads;
-use meltpath_perception::RecordError;
-use meltpath_scan_head::axis::chain::Axis;
-use meltpath_scan_head::axis::error::AxisError;
+use meltpath_perception::{Mapping, read};
+use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{
-    first_stage, harmless, simulate_first_stage, simulate_second_stage,
+    Km0Stage1, first_stage, harmless, simulate_first_stage, simulate_second_stage,
 };
 use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
 use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
-use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::record::Excitation;
 
-use recorded::recorded;
-
+pub use error::HealthError;
 pub use history::{Entry, History, HistoryError};
 
 /// Amplitude of the binary sequence of a written signal, V.
 const AMPLITUDE: f64 = 0.5;
-
-/// Why a health test gave nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum HealthError {
-    /// The head's file.
-    #[error("cannot use the scan head \"{name}\": {message}")]
-    Head {
-        /// Which.
-        name: String,
-        /// What is wrong.
-        message: String,
-    },
-    /// A head without that axis.
-    #[error("the head \"{head}\" has no axis \"{axis}\"; it has {known}")]
-    Axis {
-        /// The head.
-        head: String,
-        /// The axis asked for.
-        axis: String,
-        /// Those it has.
-        known: String,
-    },
-    /// A change that a simulated axis does not know.
-    #[error("\"{text}\" is no change of an axis: write NAME=FACTOR with NAME one of {known}")]
-    Change {
-        /// What was written.
-        text: String,
-        /// The names.
-        known: String,
-    },
-    /// A change of what the axis does not have.
-    #[error("the head's file gives this axis no {name}: there is nothing to change")]
-    Nothing {
-        /// What was to be changed.
-        name: &'static str,
-    },
-    /// A circumstance that cannot be.
-    #[error("{what} \"{told}\" cannot be: {remedy}")]
-    Circumstance {
-        /// Which.
-        what: &'static str,
-        /// As it was told.
-        told: String,
-        /// What to write.
-        remedy: &'static str,
-    },
-    /// A record or its mapping.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// A record at another sample period than the head.
-    #[error(
-        "`{}` has a sample every {:.3} µs, the head \"{head}\" every {:.3} µs: record at the head's sample time", path.display(), 1e6 * found, 1e6 * wanted
-    )]
-    Period {
-        /// Which record.
-        path: PathBuf,
-        /// The head.
-        head: String,
-        /// The record's, s.
-        found: f64,
-        /// The head's, s.
-        wanted: f64,
-    },
-    /// The first stage.
-    #[error("first stage: {0}")]
-    First(#[from] IdentificationError),
-    /// The second stage.
-    #[error("second stage: {0}")]
-    Second(IdentificationError),
-    /// The simulated axis, or its signal.
-    #[error("second stage: {0}")]
-    Bench(#[from] AxisError),
-    /// A sequence that drives the motor into its stops.
-    #[error(
-        "no signal is written: by the head's file the motor of the {axis} axis drifts to {reached:.1} deg in open loop under a binary sequence of any amplitude, its travel is ±{travel:.1} deg; record the first stage with the position loop closed: add a binary sequence of a few tenths of a degree to its set-points, and map them as [channels.set-point]"
-    )]
-    Stops {
-        /// The axis.
-        axis: String,
-        /// How far it goes, deg.
-        reached: f64,
-        /// Its travel, deg.
-        travel: f64,
-    },
-    /// The history.
-    #[error(transparent)]
-    History(#[from] HistoryError),
-    /// The report or the signal.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-}
 
 /// The axis that is tested.
 #[derive(Debug, Clone, PartialEq)]
@@ -373,6 +280,74 @@ pub fn test(
         folder: report.commit()?,
         tests: history.entries().len(),
     })
+}
+
+/// Share of the travel from which on a motor may stand at its stop.
+const STOP: f64 = 0.98;
+
+/// Tells a record whose motor left its travel: what is found from it is the stop's.
+fn at_a_stop(subject: &Subject, (stage, angle): (&str, &[f64]), reporter: &Reporter) {
+    let travel = subject.data.travel;
+    let beyond = angle.iter().filter(|a| a.abs() >= STOP * travel).count();
+    if beyond > 0 {
+        let farthest = angle.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        reporter.warn(
+            "at-a-stop",
+            format!(
+                "the {stage} stage's angle stands at or beyond the end of the travel (±{:.2} deg) for {:.1} % of the record, up to {:.2} deg: what is found there is the stop's, not the motor's",
+                travel.to_degrees(),
+                100.0 * beyond as f64 / angle.len() as f64,
+                farthest.to_degrees()
+            ),
+            "write the signal anew with `meltpath health --signal`, play it from the middle of the travel, and look at the zero of the angle in the mapping",
+        );
+    }
+}
+
+/// Both stages from files.
+fn recorded(
+    subject: &Subject,
+    signal: &Km0Samples,
+    [first, second]: [&Path; 2],
+    mapping: &Path,
+    reporter: &Reporter,
+) -> Result<(Km0Stage1, AxisRecord), HealthError> {
+    let mapping = Mapping::load(mapping)?;
+    let one = read(first, &mapping, reporter)?;
+    let bench = bench(&one)?;
+    let excitation = match one.channel("set-point") {
+        Ok(s) if s.iter().any(|v| *v != s[0]) => Excitation::SetPoint(s),
+        _ => Excitation::Voltage,
+    };
+    at_a_stop(subject, ("first", bench.angle), reporter);
+    let found = first_stage(&bench, excitation)?;
+    let two = read(second, &mapping, reporter)?;
+    if (two.period / subject.period - 1.0).abs() > 1e-3 {
+        return Err(HealthError::Period {
+            path: second.to_path_buf(),
+            head: subject.head.clone(),
+            found: two.period,
+            wanted: subject.period,
+        });
+    }
+    at_a_stop(subject, ("second", two.channel("angle")?), reporter);
+    let begin = if let Ok(set_points) = two.channel("set-point") {
+        signal.align(set_points)?
+    } else {
+        reporter.warn(
+            "no-set-point",
+            "the second stage has no channel \"set-point\": it is taken to begin with its signal",
+            "record the set-points too",
+        );
+        0
+    };
+    let response = AxisRecord {
+        reference: signal.set_points.clone(),
+        angle: two.channel("angle")?[begin..].to_vec(),
+        current: two.channel("current")?[begin..].to_vec(),
+        voltage: Vec::new(),
+    };
+    Ok((found, response))
 }
 
 /// Scales what an axis has; whether it has it.
