@@ -8,6 +8,7 @@ mod beam;
 mod dwell;
 mod judge;
 mod keyhole;
+mod standing;
 mod surface;
 
 use std::path::Path;
@@ -33,10 +34,10 @@ use crate::job::lpbf::HeatTable;
 use crate::material::load;
 use beam::{commanded, lit};
 use meltpath_toolpath::Role;
+use standing::{Standing, longest};
 use surface::{beside, closed};
 
 pub use beam::BeamRecord;
-use dwell::{Standing, longest};
 pub(super) use dwell::{check as dwell_check, told as tell_waits};
 pub use judge::check;
 pub(crate) use judge::dug;
@@ -278,7 +279,12 @@ pub fn melt(
     let drawings = [first?, second?, third?, fourth?];
     let found = Found {
         boiling: boiling(settings, job, last),
-        standing: longest(settings, (job, law), last),
+        standing: longest(
+            (&settings.material, &settings.medium),
+            (settings.absorptivity, settings.spot),
+            (job, law),
+            last,
+        ),
         cut,
     };
     Ok(told(settings, drawings, (&asked, hatch), found))

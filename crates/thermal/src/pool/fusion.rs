@@ -306,6 +306,10 @@ const ROOM: f64 = 293.15;
 /// // 150 W, 400 mm/s, 100 µm: the track that its authors call near keyholing (Lane et al. 2020, case A)
 /// let number = boiling_number(&alloy, &medium, 0.33 * 150.0, 400.0, 0.1).unwrap();
 /// assert!((0.7..1.3).contains(&number), "{number}");
+/// // on a bed of 1100 °C, 1600 K are left of 2700 to where this alloy boils
+/// let hot = Medium { ambient: 1373.15, ..medium };
+/// let hot = boiling_number(&alloy, &hot, 0.33 * 150.0, 400.0, 0.1).unwrap();
+/// assert!((1.5..1.9).contains(&(hot / number)), "{hot}");
 /// ```
 pub fn boiling_number(
     material: &Material,

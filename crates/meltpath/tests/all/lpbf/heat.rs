@@ -100,7 +100,6 @@ fn mistakes_are_named() {
         layer = "10 µm" => preheat = "1500 degC" => begins to melt at 1137
         layer = "10 µm" => preheat = "1300 degC" => begins to melt at 1137
         layer = "10 µm" => preheat = "-500 degC" => below absolute zero
-        layer = "10 µm" => absorptivity = "0.28" => write for example "28 %"
         layer = "10 µm" => cell = "0.1 µm" => larger cells
         layer = "10 µm" => layer = "0 µm" => above zero"#,
     ) {
@@ -152,7 +151,7 @@ fn a_lit_beam_that_stands_is_judged() {
     let (status, number) = dwell(&long).unwrap();
     assert!(status == Status::CannotSay && number > 1.0, "{number}");
     assert!(warned(&long, "waits-in-the-light"));
-    let faint = waits("10 W", "2 ms");
+    let faint = waits("8 W", "2 ms");
     let (status, number) = dwell(&faint).unwrap();
     assert!(status == Status::Pass && number < 0.5, "{number}");
     // what melts while the beam stands is commanded to
@@ -160,7 +159,7 @@ fn a_lit_beam_that_stands_is_judged() {
         let check = verdict.checks.iter().find(|c| c.id == "fusion-1");
         check.unwrap().value.is_some()
     };
-    assert!(!fusion(&waits("10 W", "0 ms")) && fusion(&waits("20 W", "2 ms")));
+    assert!(!fusion(&waits("8 W", "0 ms")) && fusion(&waits("20 W", "2 ms")));
 }
 
 /// The margin is room for what melts beside the marks, not a cut through what is judged.
@@ -169,6 +168,8 @@ fn a_narrow_margin_leaves_the_surface_whole() {
     let place = tempfile::tempdir().unwrap();
     let share = |more: &str| {
         let job = JOB.replace("layer = \"10 µm\"", &format!("layer = \"10 µm\"\n{more}"));
+        // cells so fine that where they lie does not matter
+        let job = job.replace("[heat]", "[heat]\ncell = \"4 µm\"");
         let job = job.replace("0.05 mm", "0.1 mm").replace("3 mm", "1 mm");
         let outcome = run(place.path(), &job, &soft("70 W")).unwrap();
         let check = outcome.verdict.checks.iter().find(|c| c.id == "fusion-1");
