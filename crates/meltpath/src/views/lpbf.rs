@@ -6,6 +6,7 @@ mod search;
 
 use std::path::Path;
 
+use meltpath_base::number::significant;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
@@ -108,7 +109,11 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// What is told of the recipes beside the checks: their times, and the fill rates where the job sets no limit.
+/// Share of the commanded contours from which on it is told that less is lit.
+const CUT: f64 = 0.01;
+
+/// What is told of the recipes beside the checks: their times, how much of contours is cut away, and the fill rates where the job sets no
+/// limit.
 pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
     let mut facts: Vec<Fact> = friction::fact(&plan.settings.data).into_iter().collect();
     for (k, r) in results.iter().enumerate() {
@@ -119,6 +124,19 @@ pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
             Measure::exact(r.duration, "s"),
             "",
         ));
+        let (commanded, lit) = (r.errors.dark().commanded, r.errors.lit_way());
+        if commanded - lit > CUT * commanded {
+            facts.push(Fact::new(
+                &format!("contour-way-{number}"),
+                &format!("{}: way in light along contours", r.recipe.name),
+                Measure::exact(100.0 * lit / commanded, "%"),
+                &format!(
+                    "{} mm of the {} mm that are commanded: corners are cut, or the light comes late",
+                    significant(lit, 3),
+                    significant(commanded, 3)
+                ),
+            ));
+        }
         let told = plan.settings.job.checks.fill_rate.is_none();
         if let Some(fill) = r.fill(JUDGED).filter(|_| told) {
             let rate = fill.judged();

@@ -177,6 +177,11 @@ impl PathErrors {
         all.found()
     }
 
+    /// The way that the spot goes in light along contours, mm. Where corners are cut it is shorter than what is commanded.
+    pub fn lit_way(&self) -> f64 {
+        self.contour_way.total() as f64 / NANOMETRES
+    }
+
     /// The share of the way along contours within `bound` mm of the commanded marks: of what is lit, and of what stays dark none.
     /// With `strays`, each point strays besides by so much, mm, one standard deviation.
     pub fn contour_share(&self, bound: f64, strays: Option<f64>) -> f64 {
