@@ -417,6 +417,20 @@ pub enum Auto<T> {
 mod tests {
     use super::*;
 
+    /// A share without a unit is most likely meant as one, and not as a hundredth of it.
+    #[test]
+    fn a_bare_share_is_answered_in_percent() {
+        for (number, told) in [
+            ("0.28", "28 %"),
+            ("0.07", "7 %"),
+            ("28", "28 %"),
+            ("1", "1 %"),
+        ] {
+            assert_eq!(with_unit(number, Ratio::UNITS), told);
+        }
+        assert_eq!(with_unit("0.28", Length::UNITS), "0.28 mm");
+    }
+
     #[test]
     fn people_write_units_in_many_ways() {
         assert_eq!(Length::parse(" 4.8mm ").unwrap(), Length(4.8));

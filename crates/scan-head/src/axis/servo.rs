@@ -273,7 +273,8 @@ mod tests {
                 let record = limited.start(PERIOD, 0.0).unwrap();
                 let record = record.record(&set_points).unwrap();
                 let most = record.angle.iter().fold(0.0_f64, |a, b| a.max(*b));
-                assert!(most < end * (1.0 + 1e-9), "{acceleration} {speed}: {most}");
+                // a tenth of a micrometre behind an objective of 330 mm: the sampling is that of the set-points
+                assert!(most < end + 3e-7, "{acceleration} {speed}: {most}");
                 assert!((record.angle[5999] - end).abs() < 1e-6);
             }
         }

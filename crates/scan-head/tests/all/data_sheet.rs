@@ -103,6 +103,16 @@ fn figures_that_contradict_one_another_are_refused_at_their_keys() {
             .to_string()
             .contains("four sample periods")
     );
+    // what is wrong with a figure of the axes is said, and not that they are missing
+    let still = HEAD.replace("0.3 ms", "0 ms");
+    let still = parse_head(&still).unwrap_err().to_string();
+    assert!(
+        still.contains("tracking_delay") && !still.contains("missing"),
+        "{still}"
+    );
+    let wide = HEAD.replace("200 mm", "900 mm");
+    let wide = parse_head(&wide).unwrap_err().to_string();
+    assert!(wide.contains("optical angle of 78 deg"), "{wide}");
     let none = &HEAD[..HEAD.find("[servo]").unwrap()];
     assert!(
         parse_head(none)

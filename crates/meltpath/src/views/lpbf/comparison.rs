@@ -184,3 +184,17 @@ fn value(cell: &Cell) -> String {
         Cell::Empty => String::new(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn energies_beyond_the_bins_are_told_as_more() {
+        let mut energies = Histogram::new(0.01, 10_000);
+        energies.add(1.0);
+        assert!(matches!(energy(&energies, 0.5), Cell::Fixed(..)));
+        energies.add_many(187.0, 9);
+        assert_eq!(energy(&energies, 0.5), Cell::text("more than 9999"));
+    }
+}
