@@ -57,6 +57,14 @@ pub(super) struct Driven {
     pub(super) grown: Result<Grown, VoxelsError>,
 }
 
+impl Driven {
+    /// Wire fed, mm: by what the source answers to the distance of the contact tube; as programmed where the metal found no room.
+    pub(super) fn wire(&self) -> f64 {
+        let laid = self.grown.as_ref().map(|grown| grown.fine.laid.wire);
+        laid.unwrap_or(self.summary.wire)
+    }
+}
+
 /// Pushes motion to the recorder and to what lays metal.
 struct Sinks<'a, 'b> {
     recorder: &'a mut Recorder,

@@ -184,17 +184,17 @@ pub(crate) fn leaning(plan: &SurfacePlan, settings: &Settings) -> Leaning {
     tilts(&plan.passes, &plan.torch).map_or(Leaning::Nothing, Leaning::Along)
 }
 
-/// What a wall on a surface tells without a limit.
+/// What a wall on a surface tells without a limit, with the wire that was fed, mm.
 pub(super) fn facts(
     plan: &SurfacePlan,
     asked: &Asked,
     settings: &Settings,
-    summary: &Summary,
+    (summary, wire): (&Summary, f64),
     turned: Option<&Turned>,
 ) -> Vec<Fact> {
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
     let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
-    let used = wire_used(summary.wire, settings);
+    let used = wire_used(wire, settings);
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut facts = vec![
         exact(

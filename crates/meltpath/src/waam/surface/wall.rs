@@ -210,7 +210,8 @@ pub(super) fn wall(
     checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
     checks.extend(held::checks(&standing, &commands, settings));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
-    let mut facts = judge::facts(&plan, asked, settings, &driven.summary, turned.as_ref());
+    let of_machine = (&driven.summary, driven.wire());
+    let mut facts = judge::facts(&plan, asked, settings, of_machine, turned.as_ref());
     if let Ok(grown) = &driven.grown {
         facts.extend(metal::facts(grown, &plan, &commands, settings));
     }
