@@ -559,3 +559,33 @@ fn a_dome_keeps_an_opening_and_says_so() {
     assert_eq!(ran.check("flatness").status, Status::Pass);
     assert_eq!(ran.check("loose").status, Status::Pass);
 }
+
+/// Wire that is used is wire that is laid, at any distance of the contact tube; and a count of layers that cuts a surface is told.
+#[test]
+fn wire_is_laid_and_a_count_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let wall = shapes::sheet(10, 20, |_, _| false, |i, k| DVec3::new(2.0 * k, 0.0, i));
+    sheet(dir.path(), &wall);
+    let file = job(dir.path(), "sheet.stl", "2 mm", "");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text.replace("height = \"2 mm\"", "height = \"2 mm\"\ncount = 2");
+    std::fs::write(&file, text + "[machine]\nctwd = \"11 mm\"\n").unwrap();
+    let ran = run(&file, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let fact = |id: &str| {
+        let found = ran.verdict.facts.iter().find(|f| f.id == id);
+        found.unwrap_or_else(|| panic!("no fact {id}"))
+    };
+    let [wire, metal] = ["wire-mass", "metal"].map(|id| fact(id).value.as_ref().unwrap().value);
+    // g of steel
+    let laid = 7.85 * metal;
+    assert!(
+        (1e3 * wire / laid - 1.0).abs() < 1e-6,
+        "{wire} kg, {laid} g"
+    );
+    let told = ["2 of 5 passes, by layers.count"];
+    says(&support::check(&ran.verdict, "unreached").reason, &told);
+    says(&fact("layers").reason, &told);
+    let left = ran.verdict.facts.iter().find(|f| f.id == "left-over");
+    let layer = left.and_then(|f| f.place.as_ref()?.layer);
+    assert!(layer.is_none_or(|layer| layer <= 2), "{left:?}");
+}

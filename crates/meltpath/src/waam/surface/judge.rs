@@ -7,7 +7,7 @@ use meltpath_planning::surface::{
 use meltpath_robot::Summary;
 use meltpath_robot::cell::Arrangement;
 
-use super::plan::{Ground, SurfacePlan};
+use super::plan::{Cut, Ground, SurfacePlan};
 use super::under::{base_check, plate_check};
 use super::{Asked, onto};
 use crate::waam::drive::lean::{self, Turned};
@@ -112,14 +112,25 @@ fn hanging(passes: &[SurfacePass]) -> Option<Check> {
     )
 }
 
+/// How many passes a count of layers leaves out.
+fn cut_words(Cut { count, all }: Cut) -> String {
+    format!("{count} of {all} passes, by layers.count: the surface over them is not built")
+}
+
 fn unreached(plan: &SurfacePlan) -> Check {
-    Check::judge(
+    let check = Check::judge(
         "unreached",
         "area of the surface that no pass reaches",
         Measure::exact(plan.unreached.abs(), "mm²"),
         Limit::AtMost(0.0),
+    );
+    let check = match plan.cut {
+        Some(cut) => check.because(&format!("{}, and does not count here", cut_words(cut))),
+        None => check,
+    };
+    check.remedy(
+        "a base that the whole surface hangs together with, or the pieces as jobs of their own",
     )
-    .remedy("a base that the whole surface hangs together with, or the pieces as jobs of their own")
 }
 
 /// The widest opening that the wall keeps where it closes; `None` where it keeps none.
@@ -197,11 +208,11 @@ pub(super) fn facts(
     let used = wire_used(wire, settings);
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut facts = vec![
-        exact(
+        Fact::new(
             "layers",
             "passes, one over the other",
-            f64::from(passes),
-            "",
+            Measure::exact(f64::from(passes), ""),
+            &plan.cut.map_or_else(String::new, cut_words),
         ),
         exact("arc-starts", "arc starts", plan.passes.len() as f64, ""),
         exact(

@@ -86,6 +86,7 @@ pub(crate) fn plan_layers(
         torch,
         ends: Vec::new(),
         unreached: 0.0,
+        cut: None,
         in_base: 0.0,
         openings: Vec::new(),
         layers: laid.layers,

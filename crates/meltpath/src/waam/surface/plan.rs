@@ -39,6 +39,8 @@ pub struct SurfacePlan {
     pub ends: Vec<FrontEnd>,
     /// Area that no pass reaches, mm².
     pub unreached: f64,
+    /// Passes that the job's count leaves out; nothing where it leaves out none.
+    pub cut: Option<Cut>,
     /// The share of the surface's area that lies in its base.
     pub in_base: f64,
     /// Openings where the wall closes: there passes shorter than four pools are not laid.
@@ -70,6 +72,15 @@ impl SurfacePlan {
         let below = base + (first..number).map(height).sum::<f64>();
         [below, below + height(number.max(1))]
     }
+}
+
+/// A count of layers that is less than those of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cut {
+    /// How many are laid.
+    pub count: u32,
+    /// How many the surface has.
+    pub all: u32,
 }
 
 /// What layers stand on.
@@ -164,9 +175,14 @@ pub fn plan_wall(
     };
     let least = 4.0 * settings.pool.length();
     let (mut wide, mut openings) = without_narrow(found.passes, least, asked.spacing);
-    if let Some(count) = settings.count {
+    let mut ends = found.ends;
+    let all = wide.iter().map(|p| p.number).max().unwrap_or(0);
+    let cut = settings.count.filter(|count| *count < all);
+    let cut = cut.map(|count| Cut { count, all });
+    if let Some(Cut { count, .. }) = cut {
         wide.retain(|p| p.number <= count);
         openings.retain(|o| o.pass <= count);
+        ends.retain(|e| e.front <= count);
     }
     if wide.is_empty() {
         return Err(SurfacePlanError::Narrow { least });
@@ -186,8 +202,9 @@ pub fn plan_wall(
         thickness: None,
         ground: Ground::Base(base),
         torch,
-        ends: found.ends,
+        ends,
         unreached: found.unreached,
+        cut,
         in_base,
         openings,
         layers: Vec::new(),
