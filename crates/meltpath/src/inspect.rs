@@ -1,6 +1,7 @@
 //! Looking into files: parts, programs, plans, robot cells.
 
 mod cell;
+mod controller;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -195,16 +196,7 @@ fn robot(path: &Path) -> Result<Vec<String>, InspectError> {
     let name = path.display().to_string();
     let text = DataText::load("robot", &name, robots::ALL, Path::new(""))?;
     if is_controller(&text.text) {
-        let cell = Cell::load(&name, Path::new(""))?;
-        return Ok(vec![
-            format!(
-                "controller of {}: {}",
-                cell.robot.name.as_str(),
-                cell.robot.controller.as_str()
-            ),
-            "lengths, limits and reach stand in a robot's file: see the how-to on robots"
-                .to_owned(),
-        ]);
+        return Ok(controller::lines(&Cell::load(&name, Path::new(""))?));
     }
     Ok(cell::lines(&text.read(meltpath_robot::cell::read)?))
 }

@@ -288,6 +288,8 @@ fn an_arm_of_another_maker_is_not_decided_about() {
         let check = check(&verdict, id);
         assert_eq!(check.status, Status::CannotSay, "{check:?}");
         says(&check.reason, &["is one for FANUC", "KUKA KR 16 R2010-2"]);
+        // the makers whose words are known are no reason
+        assert!(!check.reason.contains("Yaskawa"), "{check:?}");
     }
 }
 

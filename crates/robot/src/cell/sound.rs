@@ -108,6 +108,9 @@ pub(super) fn lengths(arm: &ArmTable) -> Vec<Problem> {
     problems
 }
 
+/// A nozzle with a radius of more lengths is one whose numbers stand the wrong way round.
+const FLATTEST: f64 = 2.0;
+
 /// Shapes that the lengths of arm and torch contradict.
 pub(super) fn shapes(file: &CellFile, chain: &Chain) -> Vec<Problem> {
     let Some(shapes) = file.shapes.as_ref() else {
@@ -136,7 +139,16 @@ pub(super) fn shapes(file: &CellFile, chain: &Chain) -> Vec<Problem> {
         let help = "write how long the nozzle is, from the torch's body to the end of the contact tube, then its radius";
         shapes.nozzle.problem(message).help(help)
     });
-    links.into_iter().chain(nozzle).collect()
+    let [long, radius] = shapes.nozzle.map(|l| l.0);
+    let flat = (radius > FLATTEST * long).then(|| {
+        let message = format!(
+            "{} is {long} mm long, with a radius of {radius} mm: wider than a nozzle is long by far",
+            shapes.nozzle.name
+        );
+        let help = "write its length first, then its radius";
+        shapes.nozzle.problem(message).help(help)
+    });
+    links.into_iter().chain(nozzle).chain(flat).collect()
 }
 
 fn told_long<T>(written: &Setting<T>, of: &str, length: Length) -> Problem {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
-use meltpath_programs::Program;
+use meltpath_programs::{Dialect, Program};
 use meltpath_robot::cell::{Arrangement, Cell, Stance};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::driven::Driven;
@@ -26,6 +26,7 @@ use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::drive::way::task;
+use crate::waam::program::by_joints::counts_as;
 use crate::waam::program::{self, Commands};
 use crate::waam::settings::Settings;
 
@@ -35,6 +36,8 @@ pub(crate) struct Along {
     margins: Margins,
     /// The words for its ways, in the order in which they come; empty where they have none.
     configurations: Vec<Stance>,
+    /// What the programs are written in.
+    dialect: Dialect,
     /// Each pair of bodies where they come nearest; nothing where the robot's file tells no shapes.
     closest: Option<Vec<Closest>>,
     /// Positions whose CONFIG is not that of the arm there, and the first of them.
@@ -72,6 +75,7 @@ pub(in crate::waam) fn along(
             margins: held.margins,
             closest,
             configurations: Vec::new(),
+            dialect,
             differing: None,
             changes: Vec::new(),
             driven: driven::told(moves, settings),
@@ -384,15 +388,21 @@ fn clearances(along: &Along, moves: &Commands) -> Option<Fact> {
 
 fn config(along: &Along, cell: &Cell) -> Check {
     if along.configurations.is_empty() {
-        return Check::not_checked(
-            "config",
-            CONFIG,
-            &format!(
-                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB, Yaskawa, Stäubli): the program has none for {}",
+        let own = counts_as(cell.maker, along.dialect);
+        let why = if own {
+            format!(
+                "how {} stands is said in no words of a maker that are known here",
                 cell.name
-            ),
-        )
-        .remedy("programs for the robot's own controller: program.dialect of the cell's file");
+            )
+        } else {
+            format!(
+                "a program for {} says nothing of how the arm of another maker stands ({})",
+                along.dialect.name(),
+                cell.name
+            )
+        };
+        return Check::not_checked("config", CONFIG, &why)
+            .remedy("programs for the robot's own controller: program.dialect of the cell's file");
     }
     let words: Vec<String> = along
         .configurations

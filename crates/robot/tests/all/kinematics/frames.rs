@@ -196,6 +196,11 @@ fn what_no_machine_has_is_refused() {
             "\"800 mm\", \"12",
             "shapes.nozzle is 800 mm long",
         ),
+        (
+            "\"80 mm\", \"12",
+            "\"12 mm\", \"80",
+            "shapes.nozzle is 12 mm long, with a radius of 80 mm",
+        ),
         ("torch = \"45 mm\"", "torch = \"45 m\"", "shapes.torch"),
         ("\"2 m/s\"", "\"2000 m/s\"", "track.speed"),
         ("\"40 m\"", "\"40000 m\"", "track.high"),
