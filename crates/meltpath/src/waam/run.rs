@@ -26,13 +26,13 @@ use crate::views;
 use crate::views::waam::sheet::operator_sheet;
 use crate::waam::deposit::simulate::Simulation;
 use crate::waam::drive::film::Film;
-use crate::waam::drive::lean::{Lying, Turned};
+use crate::waam::drive::lean::Leaning;
 use crate::waam::drive::reach;
 use crate::waam::drive::said_axes;
 use crate::waam::drive::said_frames::undecided;
 use crate::waam::drive::site::Site;
 use crate::waam::judge::checks::{fixed_torch_check, plan_facts};
-use crate::waam::judge::doubt::{self, Doubt};
+use crate::waam::judge::doubt;
 use crate::waam::judge::facts::build_facts;
 use crate::waam::plan::foretell::Built;
 use crate::waam::plan::mend::{leaves_open, mend, settle};
@@ -127,16 +127,14 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let along = reach::along(&programs.parsed, &commands, settings, metal, observer);
     observer.check()?;
     let turned = reach::turned(along.as_ref(), &commands);
-    // what nothing turns lies as the robot's file says, whether the arm reaches it or not
-    let lying = Lying::of(&commands, settings).filter(|_| turned.is_none());
-    let leaning = turned.iter().filter_map(Turned::doubt);
-    let leaning: Vec<Doubt> = leaning.chain(lying.and_then(Lying::doubt)).collect();
-    doubt::undecided(&mut checks, &leaning);
+    let leaning = Leaning::of(turned, &commands, settings);
+    leaning.tell(&mut checks);
+    let doubts = leaning.doubts();
+    doubt::undecided(&mut checks, &doubts);
     if let Some(standing) = doubt::of_standing_torch(&commands, settings) {
-        doubt::undecided_under_torch(&mut checks, &leaning, standing);
+        doubt::undecided_under_torch(&mut checks, &doubts, standing);
     }
-    let tilt = turned.as_ref().map(|t| t.check(settings));
-    let tilt = tilt.or_else(|| lying.and_then(|l| l.check(settings)));
+    let tilt = leaning.check(settings);
     checks.extend(tilt.map(|check| undecided(check, &commands.elsewhere)));
     let written = written(
         &loaded,
@@ -150,7 +148,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
-    facts.extend(turned.map(|t| t.fact()));
+    facts.extend(leaning.fact());
     facts.extend(plan_facts(&plan, settings));
     facts.extend(foretold.chosen);
     let verdict = Verdict {

@@ -1,12 +1,13 @@
-//! How the torch leans against gravity: what of it is judged, and how it leans where track and positioner move.
+//! How the torch leans against gravity: what of it is judged, how it leans as programs say it, and where track and positioner move.
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
-use meltpath_geometry::math::DVec3;
-use meltpath_robot::cell::{Arrangement, Values};
+use meltpath_geometry::math::{DQuat, DVec3};
+use meltpath_robot::cell::{Arrangement, Cell, External, Values};
+use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::Lean;
 
 use crate::waam::judge::doubt::Doubt;
-use crate::waam::program::Commands;
+use crate::waam::program::{Axes, Commands};
 use crate::waam::settings::Settings;
 
 pub(in crate::waam) const ID: &str = "tilt";
@@ -96,6 +97,192 @@ impl Lying {
         })
     }
 }
+
+/// How the torch leans along the beads of a program as it is written.
+#[derive(Debug, Clone)]
+struct Torch {
+    /// From straight down, rad, and where.
+    world: (f64, Place),
+    /// From upright in the part, rad, and where.
+    part: (f64, Place),
+}
+
+/// Shares of a move at which the torch is looked at.
+const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
+
+impl Torch {
+    /// Of moves; a part that no robot's file places lies level. Nothing where no bead is laid.
+    fn of(moves: &Commands, settings: &Settings) -> Option<Self> {
+        let cell = settings.robot.as_ref();
+        let ground = Ground::of(cell, moves.external.as_ref());
+        let mut torch: Option<Torch> = None;
+        let (mut from, mut before) = (moves.start, None);
+        for command in &moves.commands {
+            if matches!(command.kind, Kind::Wait { .. }) {
+                before = Some(command.id);
+                continue;
+            }
+            if matches!(command.source, Source::On { .. }) {
+                for t in SHARES {
+                    let way = from.orientation.slerp(command.orientation, t);
+                    let at = || moves.place(command.id, from.position.lerp(command.target, t));
+                    let part = (way * DVec3::Z).angle_between(DVec3::NEG_Z);
+                    let world = ground.lean(way, (before, command.id), t).unwrap_or(part);
+                    let torch = torch.get_or_insert_with(|| Torch {
+                        world: (world, at()),
+                        part: (part, at()),
+                    });
+                    for (most, angle) in [(&mut torch.world, world), (&mut torch.part, part)] {
+                        if angle > most.0 {
+                            *most = (angle, at());
+                        }
+                    }
+                }
+            }
+            (from.position, from.orientation) = (command.target, command.orientation);
+            before = Some(command.id);
+        }
+        torch
+    }
+}
+
+/// How the part lies in the world along a program.
+enum Ground<'a> {
+    /// The robot's file places nothing.
+    Unknown,
+    /// The torch stands in the world and leans by so much, rad.
+    Torch(f64),
+    /// The part lies still.
+    Part(DQuat),
+    /// Track and positioner carry it.
+    Carried(&'a Cell, &'a Axes),
+}
+
+impl<'a> Ground<'a> {
+    fn of(cell: Option<&'a Cell>, axes: Option<&'a Axes>) -> Self {
+        let Some(cell) = cell else {
+            return Ground::Unknown;
+        };
+        match (cell.arrangement, axes) {
+            (Arrangement::PartOnRobot, _) => {
+                let axis = cell.frames(&cell.at_rest()).wire_tip.tool_axis();
+                Ground::Torch(axis.angle_between(DVec3::Z))
+            }
+            (Arrangement::TorchOnRobot, None) => {
+                Ground::Part(cell.frames(&cell.at_rest()).part.orientation)
+            }
+            (Arrangement::TorchOnRobot, Some(axes)) => Ground::Carried(cell, axes),
+        }
+    }
+
+    /// How far a torch that is held so in the part leans from straight down, rad, at a share of a move from the end of one command to that of
+    /// another; nothing where that is not known.
+    fn lean(&self, way: DQuat, (before, command): (Option<u32>, u32), t: f64) -> Option<f64> {
+        let world_from_part = match *self {
+            Ground::Unknown => return None,
+            Ground::Torch(angle) => return Some(angle),
+            Ground::Part(part) => part,
+            Ground::Carried(cell, axes) => {
+                let (a, b) = (axes.at(before).0, axes.at(Some(command)).0);
+                let external = External([0, 1, 2].map(|i| a[i] + t * (b[i] - a[i])));
+                let values = Values::of(cell.at_rest().arm, external);
+                cell.frames(&values).part.orientation
+            }
+        };
+        Some((world_from_part * way * DVec3::Z).angle_between(DVec3::NEG_Z))
+    }
+}
+
+/// How the torch leans along a program, and flat layers under it.
+#[derive(Debug, Clone)]
+pub(in crate::waam) struct Leaning {
+    turned: Option<Turned>,
+    lying: Option<Lying>,
+    torch: Option<Torch>,
+}
+
+/// Checks of metal that is laid as by an upright torch.
+const UPRIGHT: [&str; 10] = [
+    "lack",
+    "excess",
+    "stock",
+    "height",
+    "flatness",
+    "accumulation",
+    "ctwd-min",
+    "ctwd-max",
+    "ctwd-known",
+    "travels",
+];
+
+impl Leaning {
+    /// Of moves; `turned` is how the torch leans where it was followed while track and positioner move.
+    pub(in crate::waam) fn of(
+        turned: Option<Turned>,
+        moves: &Commands,
+        settings: &Settings,
+    ) -> Self {
+        // layers that are not flat lie as they are laid
+        let flat = settings.surface.is_none() && turned.is_none();
+        // what nothing turns lies as the robot's file says, whether the arm reaches it or not
+        let lying = flat.then(|| Lying::of(moves, settings)).flatten();
+        Leaning {
+            turned,
+            lying,
+            torch: Torch::of(moves, settings),
+        }
+    }
+
+    /// The greatest lean, judged: of the torch from straight down, or of flat layers from level where that is more. Nothing where both are as
+    /// upright as on the beads that were measured and the job writes no limit.
+    pub(in crate::waam) fn check(&self, settings: &Settings) -> Option<Check> {
+        if let Some(turned) = &self.turned {
+            return Some(turned.check(settings));
+        }
+        let asked = settings.limits.tilt.is_some() || settings.surface.is_some();
+        let torch = self.torch.as_ref().map(|t| &t.world);
+        match (torch, self.lying) {
+            (Some((angle, place)), lying) if lying.is_none_or(|l| *angle > l.0 + ROUNDING) => {
+                let told = asked || *angle > LEVEL;
+                told.then(|| check(*angle, Some(place.clone()), settings))
+            }
+            (_, Some(lying)) => lying.check(settings),
+            _ => None,
+        }
+    }
+
+    /// What of it keeps flat layers from being decided about.
+    pub(in crate::waam) fn doubts(&self) -> Vec<Doubt> {
+        let turned = self.turned.iter().filter_map(Turned::doubt);
+        turned.chain(self.lying.and_then(Lying::doubt)).collect()
+    }
+
+    /// Tells with the checks of flat layers that metal is laid as by an upright torch, where the program's leans.
+    pub(in crate::waam) fn tell(&self, checks: &mut [Check]) {
+        let Some((angle, place)) = self.torch.as_ref().map(|t| &t.part).filter(|p| p.0 > LEVEL)
+        else {
+            return;
+        };
+        let words = format!(
+            "metal is laid as by a torch upright on its layers, and it leans by up to {:.1} deg ({place})",
+            angle.to_degrees()
+        );
+        let judged = |c: &&mut Check| c.status != Status::NotChecked;
+        for check in checks.iter_mut().filter(judged) {
+            if UPRIGHT.contains(&check.id.as_str()) {
+                *check = check.clone().because(&words);
+            }
+        }
+    }
+
+    /// The mean lean over the time of the arc, where a positioner turns the part meanwhile.
+    pub(in crate::waam) fn fact(&self) -> Option<Fact> {
+        self.turned.as_ref().map(Turned::fact)
+    }
+}
+
+/// Leans that differ by less are one, rad: the digits of programs.
+const ROUNDING: f64 = 1e-5;
 
 /// The greatest lean that is allowed, rad: what the job writes, else what was seen on beads as large as its own.
 pub(crate) fn limit(settings: &Settings) -> Option<f64> {
