@@ -1,5 +1,7 @@
 //! A program that other software wrote: read, executed, simulated, and judged as far as every line of it was simulated.
 
+mod stands;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +21,7 @@ use super::plan::{self, Plan, PlanStageError};
 use super::program::{self, Commands};
 use super::run::{Shown, load_part, write_common};
 use super::settings::{Settings, resolve};
+use super::surface::{Shape, held};
 use crate::job::{self, Job, JobError};
 use crate::outcome::{Outcome, RunFolder, record_inputs};
 use crate::stages::part::Part;
@@ -27,10 +30,11 @@ use crate::views::waam::sheet::operator_sheet;
 use crate::waam::deposit::metal::{self, Laid, against_part};
 use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
 use crate::waam::deposit::tube;
-use crate::waam::drive::lean::Lying;
+use crate::waam::drive::lean::Leaning;
 use crate::waam::drive::own_frame;
 use crate::waam::drive::reach;
 use crate::waam::drive::said_axes::axes_elsewhere;
+use crate::waam::drive::said_frames::undecided;
 use crate::waam::drive::site::Site;
 use crate::waam::drive::spacing;
 use crate::waam::drive::travels;
@@ -44,6 +48,7 @@ use crate::waam::plan::other_job;
 use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::{files, toolpath_file};
+use stands::Stands;
 
 /// Beads may begin so far from the plate, mm, before it is asked where the plate lies: a third of the usual distance of the contact tube.
 const FROM_THE_PLATE: f64 = 5.0;
@@ -71,6 +76,7 @@ pub fn simulate_program(
     };
     let settings = &told;
     let main = &files::main_of(main, &settings.cell.program)?;
+    let stands = Stands::of(loaded.as_ref(), observer)?;
     let Executed {
         parsed,
         files,
@@ -78,7 +84,7 @@ pub fn simulate_program(
         toolpath,
     } = if toolpath_file::is_package(main) {
         let name = loaded.as_ref().map_or("toolpath", |l| &l.name);
-        of_toolpath((main, name), settings, (&reporter, observer))?
+        of_toolpath((main, name), stands.site(settings), (&reporter, observer))?
     } else {
         of_program(main, settings, (&reporter, observer))?
     };
@@ -109,18 +115,29 @@ pub fn simulate_program(
         }
         _ => foreign_checks(&laid, part.as_ref(), settings, (&reporter, observer))?,
     };
-    decide(&mut checks, (job, &parsed), &commands, settings);
+    let metal = stands.metal(&simulation, &commands, settings);
+    let along = reach::along(&parsed, &commands, settings, &metal, observer);
+    observer.check()?;
+    let turned = reach::turned(along.as_ref(), &commands);
+    let leaning = Leaning::of(turned, &commands, settings);
+    decide(&mut checks, (job, &parsed), (&commands, &leaning), settings);
     // of a plan of the job's own too: what is laid is what the program says
     if job.is_some() {
         checks.extend(range_check(programmed(&commands, settings), settings));
     }
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
-    let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
-    observer.check()?;
     let told = (&parsed[..], &commands);
-    checks.extend(arm_checks(along.as_ref(), told, own.as_ref(), settings));
+    let of_arm = arm_checks(along.as_ref(), told, own.as_ref(), settings).into_iter();
+    checks.extend(of_arm.map(|check| stands.undecided(check)));
+    checks.extend(held::checks(stands.site(settings), &commands));
+    checks.extend(
+        leaning
+            .check(settings)
+            .map(|c| undecided(c, &commands.elsewhere)),
+    );
     let mut facts = build_facts(&simulation, &commands, settings);
     facts.extend(reach::facts(along.as_ref(), &commands, settings));
+    facts.extend(leaning.fact());
     facts.extend(own.iter().flat_map(|own| own.told.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
@@ -182,7 +199,6 @@ fn arm_checks(
         checks = of_arm.map(other).collect();
     }
     checks.extend(fixed_torch_check(&[program::spoken(parsed)], settings));
-    checks.extend(Lying::of(commands, settings).and_then(|l| l.check(settings)));
     checks
 }
 
@@ -227,15 +243,16 @@ fn of_program(
 /// A toolpath says what is laid, not how one goes there: the job's cell does that, as it does for a plan of the job's own.
 fn of_toolpath(
     (path, name): (&Path, &str),
-    settings: &Settings,
+    site: Site<'_>,
     told: (&Reporter, &dyn Observer),
 ) -> Result<Executed, WaamError> {
-    let (mut toolpath, smoothing, gaps) = toolpath_file::read(path, settings)?;
+    let (mut toolpath, smoothing, gaps) = toolpath_file::read(path, site.settings)?;
     let settings = &Settings {
-        smoothing: smoothing.map_or(settings.smoothing, |s| s.0),
-        ..settings.clone()
+        smoothing: smoothing.map_or(site.settings.smoothing, |s| s.0),
+        ..site.settings.clone()
     };
-    let (programs, mut commands) = read_back(name, &mut toolpath, Site::flat(settings), told)?;
+    let site = Site { settings, ..site };
+    let (programs, mut commands) = read_back(name, &mut toolpath, site, told)?;
     commands.gaps.extend(gaps);
     Ok(Executed {
         parsed: programs.parsed,
@@ -278,10 +295,14 @@ fn foreign_checks(
         checks.push(Check::not_checked(
             "part",
             "lack, excess and stock against the part",
-            if settings.surface.is_some() {
-                "the job builds a wall along a surface, which a run of the job judges"
-            } else {
-                "no job was given: name one with --job to judge the part"
+            match settings.surface.as_ref().map(|asked| &asked.shape) {
+                Some(Shape::Wall(_)) => {
+                    "the job builds a wall along a surface, which a run of the job judges"
+                }
+                Some(Shape::Onto(_)) => {
+                    "the job builds layers on a body, which a run of the job judges"
+                }
+                None => "no job was given: name one with --job to judge the part",
             },
         ));
     }
@@ -297,16 +318,17 @@ fn foreign_checks(
 fn decide(
     checks: &mut [Check],
     (job, parsed): (Option<&Path>, &[Program]),
-    commands: &Commands,
+    (commands, leaning): (&Commands, &Leaning),
     settings: &Settings,
 ) {
+    leaning.tell(checks);
     for check in checks.iter_mut() {
         if check.id == TRAVELS {
             *check = unsure::undecided_over_metal(check.clone(), &commands.unsure);
         }
     }
     let mut doubts = doubts(job, commands, settings);
-    doubts.extend(Lying::of(commands, settings).and_then(Lying::doubt));
+    doubts.extend(leaning.doubts());
     doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
     leave_undecided(checks, &doubts, commands, settings);
 }
@@ -361,7 +383,10 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
         (!commands.weaves.is_empty()).then(doubt::of_weaves),
-        settings.surface.is_some().then(of_surface),
+        settings
+            .surface
+            .as_ref()
+            .map(|asked| of_surface(&asked.shape)),
         turning(commands),
         doubt::of_torch(commands),
         uneven(commands, settings),
@@ -488,11 +513,23 @@ fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
 /// Facts that count only where the wire is known.
 const OF_THE_WIRE: [&str; 3] = ["wire-mass", "wire-feed", "energy"];
 
-/// Metal is laid in columns from the plate up here, which a wall along a surface does not stand on.
-fn of_surface() -> Doubt {
+/// Metal is laid in columns from the plate up here, which layers that are not flat do not stand on.
+fn of_surface(shape: &Shape) -> Doubt {
+    let [what, run] = match shape {
+        Shape::Wall(_) => [
+            "a wall along a surface",
+            "run the job itself: that lays the wall along its surface",
+        ],
+        Shape::Onto(_) => [
+            "layers on a body",
+            "run the job itself: that lays the layers on their body",
+        ],
+    };
     Doubt {
-        reason: "the job builds a wall along a surface, and what is read is laid as if it stood on the plate: layers are judged by one height".to_owned(),
-        remedy: "run the job itself: that lays the wall along its surface".to_owned(),
+        reason: format!(
+            "the job builds {what}, and what is read is laid as if it stood on the plate: layers are judged by one height"
+        ),
+        remedy: run.to_owned(),
     }
 }
 

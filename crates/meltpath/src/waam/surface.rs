@@ -4,7 +4,7 @@
 mod flatness;
 pub(crate) mod ground;
 pub(crate) mod grow;
-mod held;
+pub(super) mod held;
 mod judge;
 pub(crate) mod layers;
 mod metal;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::reach::measured;
 use crate::support::{self, check, refusal, says, thin_wall, write};
 use meltpath::outcome::RunFolder::NextIn;
-use meltpath::waam::run;
+use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Check, Silent, Status, Verdict};
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::shapes;
@@ -132,4 +132,66 @@ fn holders_of_nothing_are_refused() {
     let text = text.replace(robot, "").replace("-20 mm", "20 mm");
     let alone = write(dir.path(), "job.toml", text);
     says(&refusal(&alone), &["machine.holders", "no robot"]);
+}
+
+/// A program is held against what its layers stand on and what holds that, as in the run that wrote it.
+#[test]
+fn a_simulated_program_meets_what_stands_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let post = "holders = [{ from = [\"0 mm\", \"0 mm\", \"-60 mm\"], to = [\"0 mm\", \"0 mm\", \"0 mm\"], radius = \"20 mm\" }, \
+                { from = [\"58 mm\", \"0 mm\", \"-60 mm\"], to = [\"58 mm\", \"0 mm\", \"60 mm\"], radius = \"5 mm\" }]";
+    let job = job(dir.path(), 60.0, post);
+    let ran = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let program = ran.folder.join("program");
+    let again = dir.path().join("again");
+    let simulated = simulate_program(&program, Some(&job), NextIn(&again), &Silent).unwrap();
+    for id in ["collision", "holders", "standing", "tilt"] {
+        let [a, b] = [&ran.verdict, &simulated.verdict].map(|v| check(v, id));
+        let off = (value(a) - value(b)).abs();
+        assert!(off < 1e-3 && a.status == b.status, "{a:?} {b:?}");
+    }
+    // without the post there is more room: it is what comes nearest
+    let free = job_without_post(&job);
+    let without = dir.path().join("without");
+    let without = simulate_program(&program, Some(&free), NextIn(&without), &Silent).unwrap();
+    let [near, far] = [&simulated.verdict, &without.verdict].map(|v| value(check(v, "collision")));
+    assert!(near < far - 1.0, "{near} {far}");
+    says(
+        &check(&simulated.verdict, "part").reason,
+        &["a wall along a surface"],
+    );
+}
+
+fn job_without_post(job: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(job).unwrap();
+    let (from, to) = (
+        text.find(", { from = [\"58 mm\"").unwrap(),
+        text.rfind("}]").unwrap(),
+    );
+    let shorter = format!("{}{}", &text[..from], &text[to + 1..]);
+    write(job.parent().unwrap(), "free.toml", shorter)
+}
+
+/// The place that is told is where a bead comes nearest, not where it ends.
+#[test]
+fn the_nearest_place_to_a_holder_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let robot = measured(dir.path());
+    let wall = shapes::sheet(
+        4,
+        20,
+        |_, _| false,
+        |i, k| DVec3::new(2.5 * k - 25.0, 0.0, i),
+    );
+    support::part(dir.path(), "wall.stl", &wall);
+    let text = format!(
+        "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+         [layers]\nheight = \"2 mm\"\n[surface]\n[machine]\n{robot}\n\
+         holders = [{{ from = [\"7 mm\", \"30 mm\", \"0 mm\"], to = [\"7 mm\", \"30 mm\", \"20 mm\"], radius = \"5 mm\" }}]\n"
+    );
+    let job = write(dir.path(), "job.toml", text);
+    let ran = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let holders = check(&ran.verdict, "holders");
+    let [x, y, _] = holders.place.as_ref().unwrap().position.unwrap();
+    assert!((x - 7.0).abs() < 0.1 && y == 0.0, "{holders:?}");
 }

@@ -6,6 +6,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_robot::cell::{Arrangement, Cell, Table};
 
 use crate::waam::drive::bead_pieces::{BeadPiece, pieces};
+use crate::waam::drive::site::Site;
 use crate::waam::drive::solids::Standing;
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
@@ -15,10 +16,13 @@ use crate::waam::settings::holder::Holder;
 const STANDS: f64 = 0.5;
 /// Rounding of a place, mm.
 const SAME: f64 = 1e-6;
+/// A place that is looked for is told to this, mm.
+const TOLD: f64 = 1e-3;
 
-/// The checks of what stands there; none where the job names no robot.
-pub(super) fn checks(standing: &Standing, commands: &Commands, settings: &Settings) -> Vec<Check> {
-    let Some(cell) = &settings.robot else {
+/// The checks of what stands there; none where the job names no robot, or flat layers stand on their plate.
+pub(in crate::waam) fn checks(site: Site<'_>, commands: &Commands) -> Vec<Check> {
+    let settings = site.settings;
+    let (Some(standing), Some(cell)) = (site.standing, &settings.robot) else {
         return Vec::new();
     };
     let holders = beside_beads(standing, commands, settings);
@@ -129,20 +133,20 @@ fn beside_beads(standing: &Standing, commands: &Commands, settings: &Settings) -
         return None;
     }
     let half = 0.5 * settings.bead.width.value;
-    let room = |piece: &BeadPiece| {
-        let [a, b] = piece.ends;
-        let each = standing.holders.iter().map(|h| nearest(h, [a, b]));
-        each.fold(f64::INFINITY, f64::min) - half
+    let nearest = |piece: BeadPiece| {
+        let each = standing.holders.iter().map(|h| nearest(h, piece.ends));
+        let least = each.min_by(|a, b| a.0.total_cmp(&b.0));
+        least.map(|(distance, at)| (distance - half, at, piece.command))
     };
-    let all = pieces(commands).map(|piece| (room(&piece), piece));
-    let (least, piece) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let all = pieces(commands).filter_map(nearest);
+    let (least, at, command) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let check = Check::judge(
         "holders",
         "what holds the part: its least distance from a bead",
         Measure::exact(least, "mm"),
         Limit::AtLeast(0.0),
     );
-    let check = check.at(commands.place(piece.command, piece.ends[0]));
+    let check = check.at(commands.place(command, rounded(at)));
     Some(match check.status {
         Status::Fail => check
             .because("metal would be laid into what holds the part")
@@ -151,8 +155,14 @@ fn beside_beads(standing: &Standing, commands: &Commands, settings: &Settings) -
     })
 }
 
-/// The least distance of a straight line from a holder, mm: along it the distance is convex, so that thirds find it.
-fn nearest(holder: &Holder, [a, b]: [DVec3; 2]) -> f64 {
+/// A place without the digits that looking for it leaves.
+fn rounded(p: DVec3) -> DVec3 {
+    // adding zero takes the sign from a zero
+    (p / TOLD).round() * TOLD + 0.0
+}
+
+/// The least distance of a straight line from a holder, mm, and where on the line: along it the distance is convex, so that thirds find it.
+fn nearest(holder: &Holder, [a, b]: [DVec3; 2]) -> (f64, DVec3) {
     const THIRDS: u32 = 40;
     let at = |t: f64| holder.to_point(a.lerp(b, t));
     let [mut low, mut high] = [0.0, 1.0];
@@ -164,5 +174,10 @@ fn nearest(holder: &Holder, [a, b]: [DVec3; 2]) -> f64 {
             low += third;
         }
     }
-    at(0.5 * (low + high)).min(at(0.0)).min(at(1.0))
+    let ends = [0.0, 1.0].map(|t| (at(t), t));
+    let middle = 0.5 * (low + high);
+    let nearest = ends.into_iter().fold((at(middle), middle), |least, end| {
+        if end.0 < least.0 { end } else { least }
+    });
+    (nearest.0, a.lerp(b, nearest.1))
 }

@@ -208,7 +208,7 @@ pub(super) fn wall(
     checks.push(written.check);
     let of_arm = reach::checks(along.as_ref(), &commands, settings).into_iter();
     checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
-    checks.extend(held::checks(&standing, &commands, settings));
+    checks.extend(held::checks(site, &commands));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let of_machine = (&driven.summary, driven.wire());
     let mut facts = judge::facts(&plan, asked, settings, of_machine, turned.as_ref());
