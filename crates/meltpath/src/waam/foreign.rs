@@ -5,7 +5,7 @@ mod stands;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Check, Observer, Reporter, Verdict};
+use meltpath_base::{Check, Fact, Observer, Reporter, Verdict};
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
@@ -28,7 +28,7 @@ use crate::stages::part::Part;
 use crate::start::WAAM_TEMPLATE;
 use crate::views::waam::sheet::operator_sheet;
 use crate::waam::deposit::metal::{self, Laid, against_part};
-use crate::waam::deposit::simulate::{Build, PlannedLayer, simulate};
+use crate::waam::deposit::simulate::{Build, PlannedLayer, Simulation, simulate};
 use crate::waam::deposit::tube;
 use crate::waam::drive::lean::Leaning;
 use crate::waam::drive::own_frame;
@@ -43,7 +43,7 @@ use crate::waam::judge::checks::{
     borrowed_check, fixed_torch_check, heat_check, programmed, range_check,
 };
 use crate::waam::judge::doubt::{self, Doubt};
-use crate::waam::judge::facts::build_facts;
+use crate::waam::judge::facts::{build_facts, times};
 use crate::waam::plan::other_job;
 use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
@@ -76,13 +76,8 @@ pub fn simulate_program(
     };
     let settings = &told;
     let main = &files::main_of(main, &settings.cell.program)?;
-    let stands = Stands::of(loaded.as_ref(), observer)?;
-    let Executed {
-        parsed,
-        files,
-        commands,
-        toolpath,
-    } = if toolpath_file::is_package(main) {
+    let mut stands = Stands::of(loaded.as_ref(), observer)?;
+    let executed = if toolpath_file::is_package(main) {
         let name = loaded.as_ref().map_or("toolpath", |l| &l.name);
         of_toolpath((main, name), stands.site(settings), (&reporter, observer))?
     } else {
@@ -95,53 +90,32 @@ pub fn simulate_program(
         .filter(|loaded| loaded.settings.surface.is_none())
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
-    if let Some(toolpath) = toolpath.filter(|_| job.is_some()) {
-        other_job::tell(&toolpath, part.as_ref(), settings, &reporter);
+    if let Some(toolpath) = executed.toolpath.as_ref().filter(|_| job.is_some()) {
+        other_job::tell(toolpath, part.as_ref(), settings, &reporter);
     }
+    let (parsed, commands) = (&executed.parsed, &executed.commands);
     let own = match (&loaded, &part) {
-        (Some(loaded), Some(part)) => own_plan(loaded, part, &commands, (&reporter, observer))?,
+        (Some(loaded), Some(part)) => own_plan(loaded, part, commands, (&reporter, observer))?,
         _ => None,
     };
+    stands.before((loaded.as_ref(), own.as_ref()), commands, observer)?;
     let settings = own.as_ref().map_or(settings, |own| &own.settings);
-    let (map, layers) = ground(own.as_ref().map(|own| &own.plan), &commands, settings)?;
-    let build = Build::of(&commands, &layers, map, settings).beside_robot(settings);
-    let simulation = simulate(build, &reporter, observer)?;
+    let simulation = built(own.as_ref(), commands, settings, (&reporter, observer))?;
     // where nothing is known of neighbours beads are taken as single ones, the more uncertain case
     let growth = settings.growth_error(own.as_ref().map_or(1.0, |own| own.plan.single));
-    let laid = Laid::of(&simulation);
-    let mut checks = match (&own, &part) {
-        (Some(own), Some(part)) => {
-            metal::checks(&laid, (part, &own.plan), settings, (&reporter, observer))?
-        }
-        _ => foreign_checks(&laid, part.as_ref(), settings, (&reporter, observer))?,
-    };
-    let metal = stands.metal(&simulation, &commands, settings);
-    let along = reach::along(&parsed, &commands, settings, &metal, observer);
+    let metal = stands.metal(&simulation, commands, settings);
+    let along = reach::along(parsed, commands, settings, &metal, observer);
     observer.check()?;
-    let turned = reach::turned(along.as_ref(), &commands);
-    let leaning = Leaning::of(turned, &commands, settings);
-    decide(&mut checks, (job, &parsed), (&commands, &leaning), settings);
-    // of a plan of the job's own too: what is laid is what the program says
-    if job.is_some() {
-        checks.extend(range_check(programmed(&commands, settings), settings));
-    }
-    checks.push(doubt::lines_check(&commands.gaps, &reporter));
-    let told = (&parsed[..], &commands);
-    let of_arm = arm_checks(along.as_ref(), told, own.as_ref(), settings).into_iter();
-    checks.extend(of_arm.map(|check| stands.undecided(check)));
-    checks.extend(held::checks(stands.site(settings), &commands));
-    checks.extend(
-        leaning
-            .check(settings)
-            .map(|c| undecided(c, &commands.elsewhere)),
-    );
-    let mut facts = build_facts(&simulation, &commands, settings);
-    facts.extend(reach::facts(along.as_ref(), &commands, settings));
-    facts.extend(leaning.fact());
-    facts.extend(own.iter().flat_map(|own| own.told.clone()));
-    if job.is_none() {
-        facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
-    }
+    let seen = Seen {
+        job,
+        executed: &executed,
+        part: part.as_ref(),
+        own: own.as_ref(),
+        stands: &stands,
+        simulation: &simulation,
+        settings,
+    };
+    let (checks, facts) = seen.judged(along.as_ref(), (&reporter, observer))?;
     let verdict = Verdict {
         checks,
         facts,
@@ -151,7 +125,7 @@ pub fn simulate_program(
     if let Some(own) = &own {
         own.plan.record(&mut provenance);
     }
-    let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    let files: Vec<&Path> = executed.files.iter().map(PathBuf::as_path).collect();
     record_inputs(&mut provenance, &files)?;
     let title = main
         .file_stem()
@@ -169,8 +143,10 @@ pub fn simulate_program(
         part: part.as_ref(),
         settings,
         simulation: &simulation,
-        commands: &commands,
-        sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
+        commands,
+        sheet: job
+            .filter(|_| commands.lays())
+            .map(|_| operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter,
         film: reach::film(along),
@@ -182,6 +158,105 @@ pub fn simulate_program(
         folder: folder.commit()?,
         verdict,
     })
+}
+
+/// A program that was executed, and all that is known around it.
+struct Seen<'a> {
+    job: Option<&'a Path>,
+    executed: &'a Executed,
+    part: Option<&'a Part>,
+    own: Option<&'a Own>,
+    stands: &'a Stands,
+    simulation: &'a Simulation,
+    settings: &'a Settings,
+}
+
+impl Seen<'_> {
+    /// Its checks and facts.
+    fn judged(
+        &self,
+        along: Option<&Result<reach::Along, NotHeld>>,
+        (reporter, observer): (&Reporter, &dyn Observer),
+    ) -> Result<(Vec<Check>, Vec<Fact>), WaamError> {
+        let (parsed, commands) = (&self.executed.parsed[..], &self.executed.commands);
+        let settings = self.settings;
+        let laid = Laid::of(self.simulation);
+        let mut checks = match (self.own, self.part) {
+            _ if !commands.lays() => vec![nothing_laid()],
+            (Some(own), Some(part)) => {
+                metal::checks(&laid, (part, &own.plan), settings, (reporter, observer))?
+            }
+            _ => foreign_checks(&laid, self.part, settings, (reporter, observer))?,
+        };
+        let turned = reach::turned(along, commands);
+        let leaning = Leaning::of(turned, commands, settings);
+        self.decide(&mut checks, &leaning);
+        // of a plan of the job's own too: what is laid is what the program says
+        if self.job.is_some() {
+            checks.extend(range_check(programmed(commands, settings), settings));
+        }
+        checks.push(doubt::lines_check(&commands.gaps, reporter));
+        let of_arm = arm_checks(along, (parsed, commands), self.own, settings).into_iter();
+        checks.extend(of_arm.map(|check| self.stands.undecided(check)));
+        checks.extend(held::checks(self.stands.site(settings), commands));
+        let tilt = leaning.check(settings);
+        checks.extend(tilt.map(|check| undecided(check, &commands.elsewhere)));
+        let mut facts = if commands.lays() {
+            build_facts(self.simulation, commands, settings)
+        } else {
+            times(&self.simulation.summary, settings)
+        };
+        facts.extend(reach::facts(along, commands, settings));
+        facts.extend(leaning.fact());
+        facts.extend(self.own.iter().flat_map(|own| own.told.clone()));
+        if self.job.is_none() {
+            facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
+        }
+        Ok((checks, facts))
+    }
+
+    /// Takes the decision from checks of the metal where there are doubts.
+    fn decide(&self, checks: &mut [Check], leaning: &Leaning) {
+        let (parsed, commands) = (&self.executed.parsed, &self.executed.commands);
+        let settings = self.settings;
+        leaning.tell(checks);
+        for check in checks.iter_mut() {
+            if check.id == TRAVELS {
+                *check = unsure::undecided_over_metal(check.clone(), &commands.unsure);
+            }
+        }
+        let mut doubts = doubts(self.job, commands, settings);
+        doubts.extend(self.stands.doubt());
+        doubts.extend(leaning.doubts());
+        doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
+        leave_undecided(checks, &doubts, commands, settings);
+    }
+}
+
+/// What is told of the metal of a program without arc.
+fn nothing_laid() -> Check {
+    Check::not_checked(
+        "metal",
+        "metal: height, contact tube distance, against the part",
+        "the program lays no metal: its arc stays off",
+    )
+}
+
+/// The metal of a program, on what of its plan was laid before.
+fn built(
+    own: Option<&Own>,
+    commands: &Commands,
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Simulation, WaamError> {
+    let (mut map, layers) = ground(own.map(|own| &own.plan), commands, settings)?;
+    if let Some(before) = own.and_then(|own| own.before.as_ref()) {
+        // what is to be told of these beads was told where they were laid
+        let build = Build::of(before, &layers, map, settings);
+        map = simulate(build, &Reporter::new(), observer)?.deposit.map;
+    }
+    let build = Build::of(commands, &layers, map, settings).beside_robot(settings);
+    Ok(simulate(build, reporter, observer)?)
 }
 
 /// The checks of the arm along programs, and of the words by which they hold what they hold.
@@ -220,7 +295,7 @@ fn of_program(
     let (mut parsed, files) = files::read(main, &settings.cell.program, reporter)?;
     own_frame::settle(&mut parsed, settings, reporter);
     own_frame::tell_in_cells(&mut parsed, settings);
-    let mut commands = program::commands(&parsed, &[], settings, reporter)?;
+    let mut commands = program::commands_or_moves(&parsed, settings, reporter)?;
     let plate = settings.plate_height.unwrap_or(0.0);
     let axes = axes_elsewhere(
         &[program::spoken(&parsed)],
@@ -314,25 +389,6 @@ fn foreign_checks(
     Ok(checks)
 }
 
-/// Takes the decision from checks of the metal where there are doubts.
-fn decide(
-    checks: &mut [Check],
-    (job, parsed): (Option<&Path>, &[Program]),
-    (commands, leaning): (&Commands, &Leaning),
-    settings: &Settings,
-) {
-    leaning.tell(checks);
-    for check in checks.iter_mut() {
-        if check.id == TRAVELS {
-            *check = unsure::undecided_over_metal(check.clone(), &commands.unsure);
-        }
-    }
-    let mut doubts = doubts(job, commands, settings);
-    doubts.extend(leaning.doubts());
-    doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
-    leave_undecided(checks, &doubts, commands, settings);
-}
-
 /// Takes the decision from checks of the metal by what is doubted, and by a torch that stands with the arc on.
 fn leave_undecided(
     checks: &mut [Check],
@@ -401,7 +457,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
 const ARC_PIECES: u32 = 64;
 
 /// Corners round the places where metal is laid: the beads from their starts on, arcs with their bulge, as far as the torch swings
-/// about them, mm.
+/// about them, mm; of a program without arc round all its places.
 fn laid(commands: &Commands) -> Vec<DVec2> {
     let swings = commands.weaves.iter().map(|w| w.amplitude);
     let swing = DVec2::splat(swings.fold(0.0, f64::max));
@@ -412,7 +468,7 @@ fn laid(commands: &Commands) -> Vec<DVec2> {
         if matches!(c.kind, Kind::Wait { .. }) {
             continue;
         }
-        if matches!(c.source, Source::On { .. }) {
+        if matches!(c.source, Source::On { .. }) || !commands.lays() {
             let arc = match c.kind {
                 Kind::Arc { via } => Arc::through(from, via, c.target),
                 _ => None,

@@ -1,5 +1,6 @@
 //! The plan: layers of the part, each filled with beads, at heights that follow from the growth of the bead.
 
+pub(crate) mod begun;
 pub(crate) mod cover;
 pub(crate) mod foretell;
 pub(crate) mod heights;

@@ -3,6 +3,7 @@
 //! The simulation starts from what was read back, rounding included.
 
 pub(crate) mod by_joints;
+mod carried;
 pub(crate) mod files;
 pub(crate) mod to_folder;
 pub(crate) mod toolpath_file;
@@ -22,7 +23,7 @@ use meltpath_programs::{
     Program, ProgramError, Schedule, TextFile, Way, WeldSettings, WriteError, build, dialect,
     read_toolpath,
 };
-use meltpath_robot::cell::{External, Stance};
+use meltpath_robot::cell::Stance;
 use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_robot::driven::Driven;
@@ -38,6 +39,8 @@ use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::division::Division;
 use crate::waam::drive::said_frames::{Elsewhere, elsewhere};
 use crate::waam::drive::unsure::{self, Unsure};
+pub use crate::waam::program::carried::Axes;
+use crate::waam::program::carried::{external, turns};
 use crate::waam::program::wanted::{Asked, Torch};
 
 /// Why there is no program, or why it cannot be run.
@@ -109,7 +112,7 @@ pub enum ProgramStageError {
     #[error("cannot run the program: {0}")]
     Execute(#[from] ProgramError),
     /// The program never burns the arc.
-    #[error("the program {} never starts the arc: there is no metal to predict", .0)]
+    #[error("the program {} never starts the arc: there is no metal to predict; a job that names its robot (machine.robot) has the arm's way judged", .0)]
     NoArc(String),
     /// The program burns the arc where it stands, and nowhere else.
     #[error(
@@ -198,23 +201,6 @@ impl Programs {
         commands.over.clone_from(&self.chosen.over);
         commands.not_held = self.chosen.not_held;
         Ok(commands)
-    }
-}
-
-/// Where track and positioner stand along a program.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Axes {
-    /// Where it starts.
-    pub start: External,
-    /// At the end of each command.
-    pub ends: Vec<External>,
-}
-
-impl Axes {
-    /// Where they stand at the end of a command; where the program starts without one.
-    pub(super) fn at(&self, command: Option<u32>) -> External {
-        let end = command.and_then(|c| self.ends.get(c as usize));
-        end.copied().unwrap_or(self.start)
     }
 }
 
@@ -374,6 +360,17 @@ const UNSEEN: f64 = 0.1;
 static OWN_PACE: Pacing = Pacing::OWN;
 
 impl Commands {
+    /// Whether the arc burns anywhere.
+    fn burns(&self) -> bool {
+        let mut all = self.commands.iter();
+        all.any(|c| matches!(c.source, Source::On { .. }))
+    }
+
+    /// Whether they lay metal.
+    pub(super) fn lays(&self) -> bool {
+        self.arc_length > 0.0
+    }
+
     /// The pace at which the motion is driven.
     pub(super) fn pacing(&self) -> &Pacing {
         self.driven.as_ref().map_or(&OWN_PACE, |d| &d.pacing)
@@ -413,6 +410,39 @@ pub fn commands(
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Commands, ProgramStageError> {
+    let moves = moves(programs, schedules, settings, reporter)?;
+    if moves.lays() {
+        Ok(moves)
+    } else {
+        Err(no_bead(programs, Some(moves)))
+    }
+}
+
+/// The same of programs whose arc stays off, too, where the job's robot can be followed along them.
+///
+/// # Errors
+/// [`ProgramStageError`] where the programs cannot be run without the controller, or nothing can be said of them.
+pub(in crate::waam) fn commands_or_moves(
+    programs: &[Program],
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<Commands, ProgramStageError> {
+    let moves = moves(programs, &[], settings, reporter)?;
+    let stays_off = !moves.burns() && moves.gaps.is_empty();
+    if moves.lays() || stays_off && settings.robot.is_some() {
+        Ok(moves)
+    } else {
+        Err(no_bead(programs, Some(moves)))
+    }
+}
+
+/// What programs command, with or without arc.
+fn moves(
+    programs: &[Program],
+    schedules: &[Schedule],
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<Commands, ProgramStageError> {
     let mut known = settings.cell.program.execution(settings.bead.travel_speed);
     let of_cell = known.schedules.clone();
     known.schedules.extend(schedules.iter().map(|s| {
@@ -443,9 +473,8 @@ pub fn commands(
     let toolpath = &reading.toolpath;
     let arc_length = toolpath.deposited_length();
     let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
-    let Some(start) = start.filter(|_| arc_length > 0.0) else {
-        let stands = toolpath.passes().any(|p| p.head.role.deposits());
-        return Err(no_bead(programs, (stands, reading.gaps)));
+    let Some(start) = start else {
+        return Err(no_bead(programs, None));
     };
     let count = reading.controls.len();
     let mut commands: Vec<Command> = Vec::with_capacity(count);
@@ -503,33 +532,6 @@ pub fn commands(
     })
 }
 
-/// Where the robot's track and positioner stand at the ends of the moves; nothing where the program does not say as many axes.
-fn external(toolpath: &Toolpath, settings: &Settings) -> Option<Axes> {
-    let cell = settings.robot.as_ref()?;
-    let at = |pass: &Pass<'_>, i: usize| {
-        let said: Option<Vec<f64>> = pass.external(i).collect();
-        by_joints::external(cell, &said?)
-    };
-    let start = at(&toolpath.passes().next()?, 0)?;
-    let passes = toolpath.passes();
-    let ends = passes.flat_map(|p| (1..p.points.len()).map(move |i| at(&p, i)));
-    Some(Axes {
-        start,
-        ends: ends.collect::<Option<Vec<_>>>()?,
-    })
-}
-
-/// Whether an external axis moves along beads or between them, beside the first `slides` ones, which carry the arm.
-fn turns(toolpath: &Toolpath, slides: usize) -> bool {
-    let beads = toolpath.passes().filter(|p| p.head.role.deposits());
-    let points = beads.flat_map(|p| {
-        (0..p.points.len()).map(move |i| p.external(i).skip(slides).collect::<Vec<_>>())
-    });
-    let mut said = points.filter(|axes| axes.iter().any(Option::is_some));
-    said.next()
-        .is_some_and(|first| said.any(|axes| axes != first))
-}
-
 /// How the tool stands at point `i` of a pass that was read.
 fn tool(pass: &Pass<'_>, i: usize) -> Pose {
     // a reading says axis and turn of every point
@@ -568,11 +570,11 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
 }
 
 /// Why programs lay no metal.
-fn no_bead(programs: &[Program], (stands, gaps): (bool, Vec<Gap>)) -> ProgramStageError {
-    let name = programs
-        .first()
-        .map_or_else(String::new, |p| p.name.clone());
-    match gaps.into_iter().next() {
+fn no_bead(programs: &[Program], moves: Option<Commands>) -> ProgramStageError {
+    let name = programs.first();
+    let name = name.map_or_else(String::new, |p| p.name.clone());
+    let stands = moves.as_ref().is_some_and(Commands::burns);
+    match moves.and_then(|moves| moves.gaps.into_iter().next()) {
         Some(gap) => ProgramStageError::NoBead {
             name,
             gap: Box::new(gap),

@@ -41,6 +41,7 @@ mod reach;
 mod records;
 mod reference;
 mod remedies;
+mod restarts;
 mod standing;
 mod support;
 mod surface;

@@ -22,14 +22,12 @@ use meltpath_robot::weave::Weaving;
 use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
 
 use crate::waam::deposit::target::{layer_top, spread};
+use crate::waam::drive::columns::side;
 use crate::waam::drive::record::{Recorder, Sample};
 use crate::waam::judge::{LayerOutcome, TubePlace};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings as JobSettings;
 
-/// Sides of the columns that stand for metal, mm, and how many of them there are along the longer side of a plate at most.
-const COLUMN: f64 = 2.0;
-const COLUMNS: f64 = 250.0;
 /// Height errors beyond this take the end colours, mm.
 const SHOWN_ERROR: f64 = 2.0;
 
@@ -124,9 +122,8 @@ impl<'a> Build<'a> {
     /// Keeps each layer's metal in columns, where the job's robot has shapes that may touch it.
     #[must_use]
     pub(in crate::waam) fn beside_robot(self, settings: &JobSettings) -> Self {
-        let (low, high) = self.map.bounds();
         let shapes = settings.robot.as_ref().and_then(|r| r.shapes.as_ref());
-        let columns = shapes.map(|_| COLUMN.max((high - low).max_element() / COLUMNS));
+        let columns = shapes.map(|_| side(&self.map));
         Build { columns, ..self }
     }
 }

@@ -5,7 +5,7 @@ use meltpath_geometry::workpiece::{HeightMap, WorkpieceError};
 use meltpath_robot::collision::Metal;
 
 /// Side of the columns, mm; of a wide part there are so many along it at most.
-pub(in crate::waam) const COLUMN: f64 = 2.0;
+const COLUMN: f64 = 2.0;
 const COLUMNS: f64 = 250.0;
 
 /// The metal after each layer or pass, of pieces of beads in their order with its number: `half` mm to either side, `high` over them.
@@ -22,7 +22,7 @@ pub(in crate::waam) fn columns(
         (low.min(p), high.max(p))
     });
     let room = DVec2::splat(6.0 * half);
-    let side = COLUMN.max((high_end - low).max_element() / COLUMNS);
+    let side = side_of(high_end - low);
     let mut map = HeightMap::new(low - room, high_end + room, side, 0.0)?;
     let mut metal = Vec::new();
     for group in pieces.chunk_by(|a, b| a.0 == b.0) {
@@ -36,6 +36,16 @@ pub(in crate::waam) fn columns(
         metal.push((group[0].0, Metal::of(&map, side)));
     }
     Ok(metal)
+}
+
+/// The side of columns that stand for the metal of a map, mm.
+pub(in crate::waam) fn side(map: &HeightMap) -> f64 {
+    let (low, high) = map.bounds();
+    side_of(high - low)
+}
+
+fn side_of(size: DVec2) -> f64 {
+    COLUMN.max(size.max_element() / COLUMNS)
 }
 
 /// Raises the cells within `radius` of a point to its height.

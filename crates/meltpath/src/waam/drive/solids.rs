@@ -21,6 +21,8 @@ pub(crate) struct Standing {
     pub(crate) meshes: Vec<Mesh>,
     /// What holds them.
     pub(crate) holders: Vec<Holder>,
+    /// Beads that another program laid before, in layer 0.
+    pub(in crate::waam) beads: Vec<BeadPiece>,
 }
 
 /// The metal after each layer as the beads are commanded, and before the first.
@@ -31,7 +33,8 @@ pub(in crate::waam) fn after_layers(
 ) -> Vec<(u32, Metal)> {
     let bead = &settings.bead;
     let (half, high) = (0.5 * bead.width.value, bead.height.value);
-    let beads = pieces(moves).flat_map(|piece| {
+    let laid = standing.beads.iter().cloned().chain(pieces(moves));
+    let beads = laid.flat_map(|piece| {
         let layer = piece.layer;
         rods(&piece, half, high)
             .into_iter()

@@ -1,6 +1,7 @@
 //! What a simulated build tells beside its checks.
 
 use meltpath_base::{Fact, Measure};
+use meltpath_robot::Summary;
 
 use crate::job::waam::LayerRelease;
 use crate::waam::deposit::simulate::Simulation;
@@ -16,9 +17,7 @@ pub(crate) fn build_facts(
     commands: &Commands,
     settings: &Settings,
 ) -> Vec<Fact> {
-    let s = &simulation.summary;
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
-    let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
     let mut facts = vec![
         exact("layers", "layers", simulation.layers.len() as f64, ""),
         exact(
@@ -40,18 +39,30 @@ pub(crate) fn build_facts(
         ),
         wire_feed(simulation, commands, settings),
         energy::of_arc(simulation, commands, settings),
-        minutes("time-arc", "time with arc", s.arc_time),
-        minutes("time-travel", "time of travels", s.travel_time),
-        waited(
-            minutes("time-pause", "time of pauses", s.pause_time),
-            settings,
-        ),
-        waited(minutes("time-total", "time in all", s.total_time), settings),
     ];
+    facts.extend(times(&simulation.summary, settings));
     let distances = simulation.ctwd.iter().map(|p| p.at.distance).collect();
     facts.extend(tube::distribution(&simulation.layers, distances));
     facts.extend(energy::of_layers(simulation, commands, settings));
     facts
+}
+
+/// How long a program takes.
+pub(crate) fn times(summary: &Summary, settings: &Settings) -> Vec<Fact> {
+    let minutes =
+        |id, title, seconds: f64| Fact::new(id, title, Measure::exact(seconds / 60.0, "min"), "");
+    vec![
+        minutes("time-arc", "time with arc", summary.arc_time),
+        minutes("time-travel", "time of travels", summary.travel_time),
+        waited(
+            minutes("time-pause", "time of pauses", summary.pause_time),
+            settings,
+        ),
+        waited(
+            minutes("time-total", "time in all", summary.total_time),
+            settings,
+        ),
+    ]
 }
 
 /// A time of a program; what it waits for an input is not in it.

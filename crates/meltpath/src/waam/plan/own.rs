@@ -1,5 +1,5 @@
-//! Whether a program is that of a plan of its job: it is judged as that plan then, with what the plan chose of what the job leaves open. One that
-//! begins as such a plan and goes on otherwise is told where it does.
+//! Whether a program is that of a plan of its job, all of it or from one of its beads on: it is judged as that plan then, with what the plan chose of
+//! what the job leaves open. One that begins as such a plan and goes on otherwise is told where it does.
 
 use meltpath_base::{Fact, Observer, Place, Quiet, Reporter};
 use meltpath_geometry::arc::Arc;
@@ -11,6 +11,7 @@ use crate::waam::drive::division;
 use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::Loaded;
+use crate::waam::plan::begun::{SAME_PLACE, beads, begins_at};
 use crate::waam::plan::mend::ways;
 use crate::waam::plan::planned::read_back;
 use crate::waam::plan::{self, Plan};
@@ -20,8 +21,6 @@ use crate::waam::settings::bead::PER_MINUTE;
 
 /// Lengths laid that differ by less, in relation, may be those of one plan.
 const SAME_LENGTH: f64 = 1e-3;
-/// How far ends of moves may lie apart, mm: the digits of programs of different controllers.
-const SAME_PLACE: f64 = 0.02;
 /// By how much wire feeds and travel speeds may differ, in relation: these digits too. A bead 1 % larger is far within what a process map
 /// knows.
 pub(in crate::waam) const SAME_SETTING: f64 = 0.01;
@@ -33,12 +32,15 @@ pub(in crate::waam) struct Own {
     /// The job's, with what the plan chose.
     pub(in crate::waam) settings: Settings,
     pub(in crate::waam) plan: Plan,
+    /// What the plan lays before the program begins; nothing where it begins with the plan.
+    pub(in crate::waam) before: Option<Commands>,
     /// What it chose, where it chose, and the beads that it divided for the robot.
     pub(in crate::waam) told: Vec<Fact>,
 }
 
-/// The plan of the job whose beads `commands` lay, all of them, at its wire feeds and travel speeds; `None` where they are of other software, or
-/// edited. Where they begin as a plan of the job does, `reporter` is told the first that is otherwise.
+/// The plan of the job whose beads `commands` lay, all of them or all from one on, at its wire feeds and travel speeds, or along which they go
+/// without arc; `None` where they are of other software, or edited. Where they begin as a plan of the job does, `reporter` is told the first that
+/// is otherwise.
 ///
 /// # Errors
 /// [`WaamError`] when cancelled.
@@ -60,8 +62,7 @@ pub(in crate::waam) fn own_plan(
         let Ok(mut plan) = plan::plan(part, &settings, &silent, &quiet) else {
             continue;
         };
-        let (long, laid) = (plan.toolpath.deposited_length(), commands.arc_length);
-        if (long - laid).abs() > SAME_LENGTH * long && !begins_as(&plan, commands) {
+        if !may_be(&plan, commands) {
             continue;
         }
         let read = read_back(
@@ -73,20 +74,23 @@ pub(in crate::waam) fn own_plan(
         let Ok((_, planned)) = read else {
             continue;
         };
-        let Some(difference) = first_difference(&planned, commands, settings.feed_factor()) else {
-            let title = "chosen by the plan that the program was written from";
-            let chosen = words.map(|words| Fact::words("chosen", title, &words));
-            return Ok(Some(Own {
-                settings,
-                plan,
-                told: chosen
-                    .into_iter()
-                    .chain(division::fact(&planned.divided))
-                    .collect(),
-            }));
-        };
-        if nearest.as_ref().is_none_or(|n| difference.same > n.same) {
-            nearest = Some(difference);
+        match begins(&plan, &planned, commands, settings.feed_factor()) {
+            Ok(first) => {
+                let title = "chosen by the plan that the program was written from";
+                let chosen = words.map(|words| Fact::words("chosen", title, &words));
+                let divided = division::fact(&planned.divided);
+                let rest = first.and_then(|first| rest(&planned, first));
+                return Ok(Some(Own {
+                    settings,
+                    plan,
+                    told: chosen.into_iter().chain(divided).chain(rest).collect(),
+                    before: first.map(|first| until(planned, first)),
+                }));
+            }
+            Err(Some(difference)) if nearest.as_ref().is_none_or(|n| difference.same > n.same) => {
+                nearest = Some(difference);
+            }
+            Err(_) => {}
         }
     }
     // one that has no bead of a plan is of other software
@@ -96,12 +100,77 @@ pub(in crate::waam) fn own_plan(
     Ok(None)
 }
 
-/// Whether the first bead of a program begins where that of a plan does.
-fn begins_as(plan: &Plan, commands: &Commands) -> bool {
-    let first = plan.toolpath.passes().find(|p| p.head.role.deposits());
-    let planned = first.and_then(|p| p.points.first().copied());
-    let laid = welded(commands).next().map(|w| w.from);
-    matches!((planned, laid), (Some(a), Some(b)) if a.distance(b) <= SAME_PLACE)
+/// Whether a program may be one of a plan: it lays as much, begins where a bead of it does, or goes where its last one ends.
+fn may_be(plan: &Plan, commands: &Commands) -> bool {
+    let near = |a: Option<&DVec3>, b: DVec3| a.is_some_and(|a| a.distance(b) <= SAME_PLACE);
+    let Some(first) = welded(commands).next() else {
+        let last = beads(&plan.toolpath).next_back();
+        let end = last.as_ref().and_then(|p| p.points.last());
+        return commands.commands.iter().any(|c| near(end, c.target));
+    };
+    let (long, laid) = (plan.toolpath.deposited_length(), commands.arc_length);
+    (long - laid).abs() <= SAME_LENGTH * long
+        || beads(&plan.toolpath).any(|p| near(p.points.first(), first.from))
+}
+
+/// The command of a plan with which a program begins that goes along it to its end, nothing where that is its first bead's; else what is first
+/// otherwise, where it lays beads.
+fn begins(
+    plan: &Plan,
+    planned: &Commands,
+    said: &Commands,
+    factor: f64,
+) -> Result<Option<u32>, Option<Difference>> {
+    let of_plan: Vec<Welded<'_>> = welded(planned).collect();
+    let of_program: Vec<Welded<'_>> = welded(said).collect();
+    let id = |at: usize| of_plan.get(at).map(|w| w.command.id);
+    // a bead begins where the command before lays nothing
+    let is_first = |at: &usize| *at == 0 || id(at - 1).map(|id| id + 1) != id(*at);
+    let firsts: Vec<usize> = (0..of_plan.len()).filter(is_first).collect();
+    let told = |at: usize| if at == 0 { None } else { id(at) };
+    let Some(first) = of_program.first() else {
+        let bead = begins_at(&plan.toolpath, said).ok_or(None)?;
+        return firsts.get(bead).map(|at| told(*at)).ok_or(None);
+    };
+    let mut nearest: Option<Difference> = None;
+    let there = |at: &&usize| of_plan[**at].from.distance(first.from) <= SAME_PLACE;
+    let mut at: Vec<usize> = firsts.iter().filter(there).copied().collect();
+    if at.is_empty() {
+        at.push(0);
+    }
+    for at in at {
+        match first_difference(&of_plan[at..], &of_program, factor) {
+            None => return Ok(told(at)),
+            Some(other) if nearest.as_ref().is_none_or(|n| other.same > n.same) => {
+                nearest = Some(other);
+            }
+            Some(_) => {}
+        }
+    }
+    Err(nearest)
+}
+
+/// The same commands, with the arc off from one on.
+fn until(mut planned: Commands, first: u32) -> Commands {
+    for command in planned.commands.iter_mut().filter(|c| c.id >= first) {
+        command.source = Source::Off;
+    }
+    planned
+}
+
+/// Where a program begins that lays the rest of a plan.
+fn rest(planned: &Commands, first: u32) -> Option<Fact> {
+    let i = first as usize;
+    let layer = planned.layer_of_command.get(i)?;
+    let bead = planned.bead_of_command.get(i).copied().flatten()?;
+    let words = format!(
+        "layer {layer}, bead {bead} of its plan: what stands below is taken to be as it was planned"
+    );
+    Some(Fact::words(
+        "begins",
+        "the program begins later than its plan",
+        &words,
+    ))
 }
 
 /// A move or a wait with the arc on.
@@ -169,19 +238,23 @@ impl Difference {
 
 /// Where beads first differ from those of a plan by more than the digits of programs do: place, shape, smoothing, wire feed, travel speed, time.
 /// `factor`: wire fed per programmed wire.
-fn first_difference(planned: &Commands, said: &Commands, factor: f64) -> Option<Difference> {
-    let (mut of_plan, mut of_program) = (welded(planned), welded(said));
+fn first_difference(
+    planned: &[Welded<'_>],
+    said: &[Welded<'_>],
+    factor: f64,
+) -> Option<Difference> {
+    let (mut of_plan, mut of_program) = (planned.iter(), said.iter());
     let mut same = 0;
     loop {
         let (plan, program) = (of_plan.next(), of_program.next());
-        let command = program.as_ref().map(|w| w.command.id);
+        let command = program.map(|w| w.command.id);
         let found = match (plan, program) {
             (None, None) => return None,
             (Some(_), None) => Some((false, "it lays fewer beads than the plan".to_owned())),
             (None, Some(_)) => Some((false, "it lays more beads than the plan".to_owned())),
-            (Some(plan), Some(program)) => in_place(&plan, &program)
+            (Some(plan), Some(program)) => in_place(plan, program)
                 .map(|words| (false, words))
-                .or_else(|| in_settings(&plan, &program, factor).map(|words| (true, words))),
+                .or_else(|| in_settings(plan, program, factor).map(|words| (true, words))),
         };
         if let Some((setting, words)) = found {
             return Some(Difference {

@@ -54,6 +54,7 @@ pub(in crate::waam) fn stands(
     Standing {
         meshes: body.into_iter().chain(plate).chain(round).collect(),
         holders,
+        beads: Vec::new(),
     }
 }
 

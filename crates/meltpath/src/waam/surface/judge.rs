@@ -12,7 +12,7 @@ use super::under::{base_check, plate_check};
 use super::{Asked, onto};
 use crate::waam::drive::lean::{self, Turned};
 use crate::waam::judge::checks::wire_used;
-use crate::waam::judge::facts::waited;
+use crate::waam::judge::facts::times;
 use crate::waam::settings::Settings;
 
 fn place(at: &Extreme) -> Place {
@@ -204,7 +204,6 @@ pub(super) fn facts(
     turned: Option<&Turned>,
 ) -> Vec<Fact> {
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
-    let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
     let used = wire_used(wire, settings);
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut facts = vec![
@@ -254,19 +253,8 @@ pub(super) fn facts(
             ..Place::at(end.position.to_array())
         }));
     }
-    facts.extend([
-        Fact::new("wire-mass", "wire used", used, ""),
-        minutes("time-arc", "time with arc", summary.arc_time),
-        minutes("time-travel", "time of travels", summary.travel_time),
-        waited(
-            minutes("time-pause", "time of pauses", summary.pause_time),
-            settings,
-        ),
-        waited(
-            minutes("time-total", "time in all", summary.total_time),
-            settings,
-        ),
-    ]);
+    facts.push(Fact::new("wire-mass", "wire used", used, ""));
+    facts.extend(times(summary, settings));
     facts
 }
 
