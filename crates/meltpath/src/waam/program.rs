@@ -298,7 +298,7 @@ pub struct Commands {
     pub start: Pose,
     /// The commands, numbered by their position.
     pub commands: Vec<Command>,
-    /// The layer of each command, from 1.
+    /// The layer of each command, from 1; 0 for none, as of programs that lay nothing.
     pub layer_of_command: Vec<u32>,
     /// The bead of each command, counted from 1 in its layer; `None` on travels.
     pub bead_of_command: Vec<Option<u32>>,
@@ -381,7 +381,7 @@ impl Commands {
         let i = command as usize;
         Place {
             position: Some(position.to_array()),
-            layer: self.layer_of_command.get(i).copied(),
+            layer: self.layer_of_command.get(i).copied().filter(|l| *l > 0),
             bead: self.bead_of_command.get(i).copied().flatten(),
             ..Place::default()
         }
@@ -427,13 +427,16 @@ pub(in crate::waam) fn commands_or_moves(
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Commands, ProgramStageError> {
-    let moves = moves(programs, &[], settings, reporter)?;
+    let mut moves = moves(programs, &[], settings, reporter)?;
     let stays_off = !moves.burns() && moves.gaps.is_empty();
-    if moves.lays() || stays_off && settings.robot.is_some() {
-        Ok(moves)
-    } else {
-        Err(no_bead(programs, Some(moves)))
+    if !moves.lays() {
+        if !stays_off || settings.robot.is_none() {
+            return Err(no_bead(programs, Some(moves)));
+        }
+        // layers are those of what is laid
+        moves.layer_of_command.fill(0);
     }
+    Ok(moves)
 }
 
 /// What programs command, with or without arc.

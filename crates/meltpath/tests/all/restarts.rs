@@ -77,6 +77,7 @@ fn the_rest_of_a_flat_plan_stands_on_its_beads() {
     );
     let dry = judged(&job, &plan, THIRD, Torch::Dry);
     assert_eq!(check(&dry, "metal").status, Status::NotChecked);
+    says(&check(&dry, "joint-speed").reason, &["no bead is laid"]);
     says(&begins(&dry).unwrap(), &["layer 3, bead 1 of its plan"]);
     assert!(
         value(&dry, "collision") < near + 2.5,
@@ -91,6 +92,8 @@ fn the_rest_of_a_flat_plan_stands_on_its_beads() {
             check(&dry, id)
         );
     }
+    let place = check(&dry, "collision").place.clone().unwrap();
+    assert_eq!(place.layer, None, "{place:?}");
     // over the bare plate there is more room
     let all = judged(&job, &plan, None, Torch::Dry);
     assert_eq!(begins(&all), None);

@@ -70,6 +70,7 @@ pub(in crate::waam) fn speed(
     };
     match peak {
         Some(peak) => judged((id, SPEED), (driven, &peak), moves, settings),
+        None if !moves.lays() => Check::not_checked(id, SPEED, "no bead is laid"),
         None => Check::not_checked(id, SPEED, "the robot's file tells no speeds"),
     }
 }

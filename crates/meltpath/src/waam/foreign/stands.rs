@@ -83,40 +83,40 @@ impl Stands {
         let Some(loaded) = loaded.filter(|_| own.is_none() && self.doubt.is_none()) else {
             return Ok(());
         };
-        let Some(doubt) = begins_on_metal(commands, &loaded.settings) else {
-            return Ok(());
-        };
-        let first = self.first(loaded, commands, observer);
-        observer.check()?;
+        let doubt = begins_on_metal(commands, &loaded.settings);
+        let mut first = self.first(commands);
+        if first.is_none() && doubt.is_some() {
+            self.divide(loaded, observer);
+            observer.check()?;
+            first = self.first(commands);
+        }
         match (first, &self.toolpath, &mut self.standing) {
             (Some(first), Some(toolpath), Some(standing)) => {
                 let before = beads(toolpath).take(first);
                 standing.beads = before.flat_map(|p| bead_pieces::standing(&p)).collect();
             }
-            _ => self.doubt = Some(doubt),
+            _ => self.doubt = doubt,
         }
         Ok(())
     }
 
-    /// The bead of the plan with which a program begins, from 0; the robot may need beads divided for that.
-    fn first(
-        &mut self,
-        loaded: &Loaded,
-        commands: &Commands,
-        observer: &dyn Observer,
-    ) -> Option<usize> {
-        let toolpath = self.toolpath.as_mut()?;
-        let first = begins_at(toolpath, commands);
-        if first.is_some() {
-            return first;
-        }
+    /// The bead of the plan of layers that are not flat with which a program begins that is the rest of it, from 0.
+    fn first(&self, commands: &Commands) -> Option<usize> {
+        begins_at(self.toolpath.as_ref()?, commands)
+    }
+
+    /// Divides beads of that plan where the robot needs it, as in its programs.
+    fn divide(&mut self, loaded: &Loaded, observer: &dyn Observer) {
+        let Some(toolpath) = self.toolpath.as_mut() else {
+            return;
+        };
         let site = Site {
             settings: &loaded.settings,
             standing: self.standing.as_ref(),
         };
         let told = (&Reporter::new(), observer);
-        read_back(&loaded.name, toolpath, site, told).ok()?;
-        begins_at(toolpath, commands)
+        // a plan without programs keeps its beads
+        let _ = read_back(&loaded.name, toolpath, site, told);
     }
 
     /// Where a program is executed.
