@@ -11,6 +11,7 @@ mod choice;
 mod comfort;
 mod follow;
 mod free;
+mod grid;
 mod joint_move;
 mod ladder;
 mod narrow;

@@ -1,12 +1,10 @@
 //! A layer: passes in order of execution, their points and values in common arrays, so that a single hatch costs what its two
 //! points cost and little more.
 
-use std::collections::HashMap;
-
 use meltpath_geometry::math::DVec3;
 
 use crate::column::Column;
-use crate::vocabulary::{Channel, Event, Move, Neighbour, PassHead, PassId, Role};
+use crate::vocabulary::{Channel, Event, Move, Neighbour, PassHead, Role};
 
 /// A pass' head and where its points begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,21 +105,6 @@ impl Layer {
         for point in self.points.iter_mut().chain(via) {
             *point = to(*point);
         }
-    }
-
-    /// Gives a layer another number and its passes other names, one for each. What lies beside a pass is looked for among the old names.
-    pub fn rename(&mut self, number: u32, names: &[PassId]) {
-        let entries = self.entries.iter_mut().zip(names);
-        let new: HashMap<PassId, PassId> = entries
-            .map(|(entry, &name)| (std::mem::replace(&mut entry.head.id, name), name))
-            .collect();
-        for (_, beside) in &mut self.neighbours {
-            if let Some(&name) = new.get(&beside.pass) {
-                beside.pass = name;
-                beside.layer = number;
-            }
-        }
-        self.number = number;
     }
 
     /// Changes how long the beam stays on each spot, from where it is and its time, s.
@@ -450,28 +433,6 @@ mod tests {
         layer.polyline(head(4, Role::Contour), [DVec3::Y, DVec3::Y * 5.0]);
         assert!(layer.has(Role::Contour) && layer.has(Role::Jump));
         assert!((layer.deposited_length() - laid - 4.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_layer_of_another_number_keeps_its_passes_and_what_lies_beside_them() {
-        let mut layer = Layer::new(3, 0.0);
-        layer.polyline(head(7, Role::Fill), [DVec3::ZERO, DVec3::X]);
-        layer.polyline(head(9, Role::Fill), [DVec3::Y, DVec3::X + DVec3::Y]);
-        let beside = |pass, layer| Neighbour {
-            from: 0.0,
-            to: 1.0,
-            side: Side::Left,
-            pass: PassId(pass),
-            distance: 1.0,
-            layer,
-        };
-        // one of its own layer, and one of another
-        layer.set_neighbours(vec![(0, beside(9, 3)), (1, beside(4, 2))]);
-        layer.rename(5, &[PassId(20), PassId(21)]);
-        let ids: Vec<_> = layer.passes().map(|p| (p.layer, p.head.id.0)).collect();
-        assert_eq!(ids, [(5, 20), (5, 21)]);
-        let neighbours: Vec<_> = layer.passes().flat_map(|p| p.neighbours()).collect();
-        assert_eq!(neighbours, [&beside(21, 5), &beside(4, 2)]);
     }
 
     #[test]

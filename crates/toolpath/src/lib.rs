@@ -7,6 +7,7 @@ pub mod error;
 pub mod layer;
 pub mod motion;
 pub mod pass;
+mod rename;
 mod sanity;
 pub mod storage;
 pub mod toolpath;

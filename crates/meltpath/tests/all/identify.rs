@@ -347,7 +347,7 @@ fn the_unseen_part_is_judged_wherever_the_record_begins() {
         let record = write(
             folder.path(),
             "bench.csv",
-            &rows.collect::<Vec<_>>().join("\n"),
+            rows.collect::<Vec<_>>().join("\n"),
         );
         let mapping = write(folder.path(), "map.toml", MAPPING);
         let found = identify(&record, &mapping, &Reporter::new()).unwrap();

@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{MOTION, STEP, motion, step_over};
+use super::grid::STEPS;
 use super::stretch::apart;
 use super::task::{Guard, Task, keep_clear};
-use super::wide::{HEADINGS, SLACK, STEPS};
+use super::wide::{HEADINGS, SLACK};
 use crate::cell::{External, Values};
 use crate::kinematics::Limits;
 

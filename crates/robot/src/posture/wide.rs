@@ -11,21 +11,18 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{is_wound, motion, step_over};
+use super::grid::{Cube, Grid, LONG};
 use super::joint_move::{cost_of, least_room};
 use super::ladder::milder;
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places, keep_clear};
-use crate::cell::{Cell, External, Values};
+use crate::cell::Values;
 
 /// Headings about the wire.
 pub(super) const HEADINGS: u8 = 12;
-/// Steps of track (mm) and positioner (rad).
-pub(super) const STEPS: [f64; 3] = [250.0, TAU / 18.0, TAU / 12.0];
 /// Leaning within the steps costs nothing, rad.
 pub(super) const SLACK: f64 = 0.7 * TAU / 18.0;
 /// Places that lean so much more than the best are not tried, rad.
 const LEANING: f64 = 0.35;
-/// Between key places so far apart the axes may go two steps, mm.
-const LONG: f64 = 80.0;
 /// How many ways are asked for their room at once.
 const ASKED: usize = 128;
 /// Starts far from rest cost this much per square: only where nothing else decides.
@@ -46,9 +43,6 @@ const WIDER: Beam = Beam {
     at_cell: 32,
     all: 8000,
 };
-
-/// Steps of track and positioner from where they rest.
-type Cube = [i16; 3];
 
 /// A way that is kept at a key place.
 #[derive(Clone, Copy)]
@@ -91,76 +85,6 @@ struct From {
     i: usize,
     joints: [f64; 6],
     moved: f64,
-}
-
-/// The values that are tried.
-struct Grid {
-    rest: External,
-    low: Cube,
-    high: Cube,
-}
-
-impl Grid {
-    fn of(cell: &Cell, External(mut rest): External) -> Self {
-        for (i, value) in rest.iter_mut().enumerate() {
-            // an axis may rest at its very end, where no way shall be
-            if let Some([low, high]) = cell.external_room(i) {
-                *value = value.clamp(low, high);
-            }
-        }
-        let rest = External(rest);
-        let ends = |up: bool| -> Cube {
-            std::array::from_fn(|i| {
-                let Some(room) = cell.external_room(i) else {
-                    return 0;
-                };
-                let [low, high] = room.map(|limit| (limit - rest.0[i]) / STEPS[i]);
-                // what is far beyond is come to by stepping on, not by beginning there
-                let step = if up {
-                    (high + 1e-9).floor()
-                } else {
-                    (low - 1e-9).ceil()
-                };
-                step.clamp(-1000.0, 1000.0) as i16
-            })
-        };
-        Grid {
-            rest,
-            low: ends(false),
-            high: ends(true),
-        }
-    }
-
-    fn value(&self, cube: Cube) -> External {
-        External(std::array::from_fn(|i| {
-            self.rest.0[i] + STEPS[i] * f64::from(cube[i])
-        }))
-    }
-
-    /// Where a run may begin: within half a turn of rest.
-    fn all(&self) -> Vec<Cube> {
-        let range = |i: usize| {
-            let most = match i {
-                0 => i16::MAX,
-                _ => (0.5 * TAU / STEPS[i]).round() as i16,
-            };
-            self.low[i].max(-most)..=self.high[i].min(most)
-        };
-        range(0)
-            .flat_map(|a| range(1).flat_map(move |b| range(2).map(move |c| [a, b, c])))
-            .collect()
-    }
-
-    /// A step or none along each axis; more where the way between is long.
-    fn beside(&self, cube: Cube, gone: f64) -> impl Iterator<Item = Cube> + '_ {
-        let turned = if gone < LONG { 1 } else { 2 };
-        let most = [1 + (gone / STEPS[0]) as i16, turned, turned];
-        let range = move |i: usize| {
-            let [low, high] = [cube[i] - most[i], cube[i] + most[i]];
-            low.max(self.low[i])..=high.min(self.high[i])
-        };
-        range(0).flat_map(move |a| range(1).flat_map(move |b| range(2).map(move |c| [a, b, c])))
-    }
 }
 
 /// A heading and those beside it; more where the way between is long.
@@ -601,32 +525,4 @@ impl<'a> Wide<'a> {
 /// Whether joints that were followed are those of a way, which has seven digits.
 pub(super) fn is_same(a: &[f64; 6], b: &[f64; 6]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-2)
-}
-
-#[cfg(test)]
-mod tests {
-    use meltpath_data::{find, robots};
-
-    use super::*;
-    use crate::cell;
-
-    /// Verdicts ask for room at every limit: no axis is led along its very end because it rests there.
-    #[test]
-    fn axes_that_rest_at_their_end_are_led_off_it() {
-        let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
-        let (arm, _) = text.split_once("\n[table]").unwrap();
-        let cell = cell::read(&format!(
-            "{arm}\n[positioner]\nsource = \"test\"\naxes = [{{ position = [\"1200 mm\", \"0 mm\", \"700 mm\"], axis = [1, 0, 0] }}]\nlow = [\"0 deg\"]\nhigh = [\"90 deg\"]\n"
-        ))
-        .unwrap();
-        let rest = cell.at_rest().external();
-        assert_eq!(rest.0[1], 0.0);
-        let grid = Grid::of(&cell, rest);
-        let all = grid.all();
-        assert!(all.len() > 3);
-        for cube in all {
-            let value = grid.value(cube).0[1];
-            assert!((2_f64.to_radians()..=88_f64.to_radians()).contains(&value));
-        }
-    }
 }

@@ -246,7 +246,9 @@ impl<const N: usize> Drive<N> {
         }
         for (column, zero) in out.iter_mut().zip([self.zero, 0.0]) {
             column.truncate(voltage.len());
-            column.iter_mut().for_each(|value| *value += zero);
+            for value in column.iter_mut() {
+                *value += zero;
+            }
         }
         (out, x)
     }
