@@ -19,6 +19,7 @@ mod ground;
 mod matter;
 mod offsets;
 mod pace;
+mod rim;
 mod set_pace;
 mod sharing;
 mod skin;

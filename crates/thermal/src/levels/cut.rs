@@ -15,6 +15,11 @@ const EASE: f32 = 0.25;
 /// That share where metal that may melt is as hot as it ever was: these cells tell how far it does. With [`EASE`] there, cells at the
 /// end of a path, where a pool spreads once the beam is off, were a fifth of the rise off (docs/theory/heat.md).
 const EASE_RISING: f32 = 0.125;
+/// Nor by more than this share of what the tile's hottest cell is above the start: of a pool that spreads cells twice as large would lose
+/// some of its rise, and tell it the lower (docs/theory/heat.md).
+const OF_RISE: f32 = 0.02;
+/// What little bends is let go whatever the rise, as kelvins of the solid's conductivity at the solidus.
+const LEAST: f64 = 5.0;
 /// What may melt: above this share of the enthalpy from the start to the solidus.
 const RISING: f32 = 0.75;
 /// Cells on which the beam is drawn away from what is looked at, mm: a third of a usual spot, so that its heat is laid where it falls.
@@ -90,7 +95,9 @@ impl Levels {
         let mut tree = Tree::new(self.tree.size(0), self.setup.coarser);
         let conductivity = self.material.conductivity(self.material.solidus);
         let most = (self.setup.bend * conductivity) as f32;
-        let warm = RISING * self.curve.at_solidus as f32;
+        let floor = (LEAST * conductivity) as f32;
+        let molten = self.curve.at_solidus as f32;
+        let warm = RISING * molten;
         for n in 0..self.levels.len() {
             let finest = n == self.setup.coarser;
             let split = self.split(n);
@@ -105,10 +112,21 @@ impl Levels {
                         warm,
                     });
                 }
+                let level = &self.levels[n];
+                let (tile, shown) = (&level.tiles[i], &level.shown[i]);
                 let (at, high) = (tile.at, tile.bend_high);
+                let bend = if shown.asleep {
+                    tile.bend
+                } else {
+                    tile.bend.max(self.bend_at_rim(n, i))
+                };
                 let ease = if tile.rising { EASE_RISING } else { EASE };
-                if tile.bend > ease * most {
+                let may = (ease * most).min((OF_RISE * tile.highest).max(floor));
+                // one level at a time: what is smooth here may bend on the next coarser one
+                if bend > may || tile.warmth > molten {
                     tree.want(n, at);
+                } else if n > 0 {
+                    tree.want(n - 1, at.map(|t| t / 2));
                 }
                 if high > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
                     tree.want(n + 1, at.map(|t| 2 * t));
@@ -360,7 +378,7 @@ impl Levels {
                     .watching
                     .places
                     .iter()
-                    .any(|[x, y, _]| near([*x, *y], 0.0));
+                    .any(|[x, y, _]| near([*x, *y], level.edge));
                 shown.lit = told || rings.iter().any(|(centre, reach, _)| near(*centre, *reach));
                 shown.hit = told || rings.iter().any(|(centre, _, hit)| near(*centre, *hit));
             }

@@ -4,12 +4,13 @@ use meltpath_base::Observer;
 
 use super::pace::PAIR;
 use super::sharing::beside;
-use super::tile::{N, PLANE, Tile};
+use super::tile::{N, PLANE, Shown, Tile};
 use super::watching::Watching;
-use super::{Levels, LevelsError};
+use super::{Level, Levels, LevelsError};
 use crate::beam::{Beam, BeamPath};
 use crate::grid::between;
 use crate::grid::sample::Sample;
+use crate::solver::Face;
 use crate::solver::source::Spot;
 use crate::solver::watch::Watch;
 
@@ -37,12 +38,8 @@ impl Levels {
             .copied()
             .partition(|place| self.kelvin_at(*place).is_some());
         let duration = path.end() - path.begin() + AFTER;
-        self.watching = Watching {
-            places: inside,
-            every: watch.every,
-            samples: std::mem::take(&mut self.watching.samples),
-            due: self.time,
-        };
+        let told = std::mem::take(&mut self.watching.samples);
+        self.watching = Watching::new(inside, watch.every, self.time, told);
         observer.stage("draw the beam path", STAGES);
         beside(|| self.follow(path, beam, duration, observer))?;
         self.write_down();
@@ -84,24 +81,65 @@ impl Levels {
         Ok(())
     }
 
-    /// Tells the temperatures that are watched, where it is time to.
-    pub(super) fn look(&mut self) {
-        let Watching { every, due, .. } = self.watching;
-        if self.watching.places.is_empty() || self.time < due - 1e-12 {
+    /// Tells the temperatures that are watched, where it is time to; `ticks` of the shortest steps have gone since all levels were at the
+    /// same time. Where tiles take longer steps it is told once they have ended theirs: straight between two steps.
+    pub(super) fn look(&mut self, ticks: u32) {
+        if self.watching.places.is_empty() {
             return;
         }
-        self.watching.due += every * ((self.time - due) / every).floor().max(0.0) + every;
-        let told = self.watching.places.iter().map(|place| Sample {
-            place: *place,
-            time: self.time,
-            value: self.kelvin_at(*place).unwrap_or(f64::NAN),
-        });
-        let told: Vec<Sample> = told.collect();
-        self.watching.samples.extend(told);
+        let now = self.time;
+        let due = now >= self.watching.due - 1e-12;
+        let all = ticks.is_multiple_of(PAIR * self.levels[0].rates[0].ticks);
+        for p in 0..self.watching.places.len() {
+            let place = self.watching.places[p];
+            let step = self.steps_at(place);
+            if due {
+                self.watching.pending[p].push(self.watching.samples.len());
+                self.watching.samples.push(Sample {
+                    place,
+                    time: now,
+                    value: f64::NAN,
+                });
+            }
+            let waits = !self.watching.pending[p].is_empty();
+            if !(ticks.is_multiple_of(step) && (waits || step > 1) || all) {
+                continue;
+            }
+            let kelvin = self.kelvin_at(place).unwrap_or(f64::NAN);
+            let [then, before] = self.watching.known[p];
+            for n in std::mem::take(&mut self.watching.pending[p]) {
+                let time = self.watching.samples[n].time;
+                self.watching.samples[n].value = if time < now && before.is_finite() {
+                    before + (kelvin - before) * (time - then) / (now - then)
+                } else {
+                    kelvin
+                };
+            }
+            self.watching.known[p] = [now, kelvin];
+        }
+        if due {
+            let Watching { every, due, .. } = self.watching;
+            self.watching.due += every * ((now - due) / every).floor().max(0.0) + every;
+        }
+    }
+
+    /// Ticks of the longest step that a tile takes which holds a place.
+    fn steps_at(&self, [x, y, z]: [f64; 3]) -> u32 {
+        let (lower, upper, _) = between(&self.depths, &self.setup.heights, -z);
+        let origin = self.matter.frame.origin;
+        let at = [x - origin[0], y - origin[1]];
+        let of = |(n, level): (usize, &Level)| {
+            let (tile, shown) = self.tile_of_level(n, at)?;
+            let planes = tile.planes();
+            let holds = planes.contains(&lower) || planes.contains(&upper);
+            holds.then(|| level.rates[shown.class as usize].ticks)
+        };
+        let levels = self.levels.iter().enumerate();
+        levels.filter_map(of).max().unwrap_or(1)
     }
 
     /// Temperature at a place, K, the build plane at z = 0; straight between the centres of cells, of planes, and from the middle
-    /// of the uppermost one to its face. `None` outside.
+    /// of the uppermost one to its face, and of the lowest one to the one that is held. `None` outside.
     fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
         let heights = &self.setup.heights;
         let depth = -z;
@@ -119,6 +157,12 @@ impl Levels {
             let face = self.in_plane_by(at, top, Self::surface_of_level)?;
             let share = (depth / half).max(0.0);
             return Some(share * middle + (1.0 - share) * face);
+        }
+        let below = depth - self.depths[0] - 0.5 * heights[0];
+        if let (Face::Imposed(held), true) = (self.setup.beyond, below > 0.0) {
+            // from the middle of the lowest cell to its face, which is held
+            let share = (below / (0.5 * heights[0])).min(1.0);
+            return Some((1.0 - share) * middle + share * held);
         }
         Some((1.0 - share) * middle + share * self.in_plane(at, lower)?)
     }
@@ -174,6 +218,13 @@ impl Levels {
 
     /// The tile that a level has at a place, and which of its columns.
     fn cell_of_level(&self, n: usize, at: [f64; 2]) -> Option<(&Tile, usize)> {
+        let (tile, _) = self.tile_of_level(n, at)?;
+        let [i, j] = at.map(|d| (d / self.levels[n].edge) as usize);
+        Some((tile, j % N * N + i % N))
+    }
+
+    /// The tile that a level has at a place from the corner of all cells, and what others see of it.
+    fn tile_of_level(&self, n: usize, at: [f64; 2]) -> Option<(&Tile, &Shown)> {
         let (level, size) = (&self.levels[n], self.tree.size(n));
         let at = at.map(|d| d / level.edge);
         if at.iter().any(|a| *a < 0.0) {
@@ -183,9 +234,8 @@ impl Levels {
         if i / N >= size[0] || j / N >= size[1] {
             return None;
         }
-        let index = level.index[j / N * size[0] + i / N];
-        let tile = level.tiles.get(index as usize)?;
-        Some((tile, j % N * N + i % N))
+        let index = level.index[j / N * size[0] + i / N] as usize;
+        Some((level.tiles.get(index)?, level.shown.get(index)?))
     }
 }
 

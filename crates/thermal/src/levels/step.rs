@@ -84,8 +84,11 @@ impl Levels {
             self.time += step;
         }
         self.refresh(stage, half);
-        if shorter.is_none() {
-            self.look();
+        // a longer step that ends at the same time goes before
+        let longer = stage.checked_sub(1).and_then(|longer| rate(self, longer));
+        let ended = tick + ticks;
+        if longer.is_none_or(|(ticks, ..)| !ended.is_multiple_of(ticks)) {
+            self.look(ended);
         }
         Ok(())
     }

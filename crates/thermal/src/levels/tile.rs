@@ -66,6 +66,8 @@ pub(crate) struct Tile {
     pub(crate) warmth: f32,
     pub(crate) bend: f32,
     pub(crate) bend_high: f32,
+    /// Largest `θ`, W/mm, of the last look.
+    pub(crate) highest: f32,
     /// Some cell that may melt is as hot as it ever was.
     pub(crate) rising: bool,
     /// What was radiated, evaporated and conducted out since the last count.
@@ -187,6 +189,7 @@ impl Tile {
             warmth: 0.0,
             bend: 0.0,
             bend_high: 0.0,
+            highest: 0.0,
             rising: false,
             lost: Ledger::default(),
         }
@@ -410,6 +413,14 @@ impl CellLoop for Look<'_> {
                 high = high.max(bend);
             }
         }
+        let mut highest = [0.0_f32; LANES];
+        for group in self.shown.theta.as_chunks::<LANES>().0 {
+            for i in 0..LANES {
+                let t = group[i];
+                highest[i] = if t > highest[i] { t } else { highest[i] };
+            }
+        }
+        self.tile.highest = highest.iter().copied().fold(0.0, f32::max);
         self.tile.warmth = warmth.iter().copied().fold(0.0, f32::max);
         self.tile.bend_high = high;
         self.tile.bend = deep.max(high);

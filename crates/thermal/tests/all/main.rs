@@ -15,6 +15,7 @@ mod electron_pools;
 mod laser_tracks;
 mod layers;
 mod levels;
+mod levels_after_beam;
 mod moving_source;
 mod raster;
 mod skin;
