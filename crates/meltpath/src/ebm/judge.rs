@@ -5,6 +5,7 @@ pub(super) mod areas;
 mod beyond;
 pub mod ends;
 pub(crate) mod facts;
+pub(crate) mod shape;
 pub(crate) mod under;
 pub(crate) mod verdict;
 

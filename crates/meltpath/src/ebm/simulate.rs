@@ -17,7 +17,7 @@ use super::judge::{self, Judged, JudgedPath, Previewed};
 use super::optimise::search::{Found, on_charts, on_reference};
 use super::plan::{Plan, Window};
 use super::settings::Settings;
-use crate::ebm::judge::ends;
+use crate::ebm::judge::{ends, shape};
 use crate::ebm::plan::region::{Below, Contour};
 use crate::ebm::preview::charts::{Charts, charts_of};
 use crate::ebm::preview::drawn::Drawn;
@@ -311,6 +311,9 @@ pub fn simulate(
         },
     });
     let judged = judged(plan, preview.as_ref(), better, observer)?;
+    if let (Some(judged), Some(_), None) = (&judged, &found, &corrected) {
+        shape::tell_of_shape(judged, reporter);
+    }
     let paths_judged = judged
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);

@@ -192,7 +192,7 @@ fn a_path_is_found_on_the_reference_solver() {
         &[
             "laws of",
             "Beam current along lines",
-            "Voxels of the region on the reference solver",
+            "What the search saw: voxels inside the contour, its rim left out",
             "Orders and strategies tried",
             "backwards",
         ],

@@ -131,6 +131,23 @@ fn ground(judging: &Judge, path: &JudgedPath) -> Option<Fact> {
     Some(Fact::new("ground-before", title, value, &words))
 }
 
+/// What the path as given was worth where a changed one took its place: of the whole section, as the checks count.
+fn as_given(given: &JudgedPath, better: &JudgedPath) -> [Fact; 2] {
+    let [before, after] = [given, better].map(|path| &path.runs[0]);
+    let percent = |share: f64| Measure::exact(100.0 * share, "%");
+    let told = |after: f64| {
+        let after = 100.0 * after;
+        format!("{after:.2} % by the changed one; on the reference solver, one run")
+    };
+    let [good, better] = [before, after].map(|run| of_all(&run.tally, Class::Good));
+    let title = "section in the window by the path as given";
+    let window = Fact::new("in-window-given", title, percent(good), &told(better));
+    let title = "area molten outside the contour by the path as given, of the section's";
+    let [before, after] = [before, after].map(|run| run.outside.share);
+    let outside = Fact::new("molten-outside-given", title, percent(before), &told(after));
+    [window, outside]
+}
+
 /// What is told beside the checks.
 pub(in crate::ebm) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     let path = outcome.path(plan);
@@ -151,6 +168,13 @@ pub(in crate::ebm) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     }
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
+        let given = judged.better.as_ref();
+        facts.extend(
+            given
+                .map(|b| as_given(&judged.given, b))
+                .into_iter()
+                .flatten(),
+        );
         facts.extend(path.ends.fact());
         facts.extend(path.ends.passed.iter().filter_map(Passed::fact));
         facts.extend(vapour(&plan.settings, path));

@@ -13,6 +13,9 @@ use crate::ebm::optimise::search::{Found, OnReference};
 use crate::ebm::plan::Plan;
 use crate::job::ebm::Change;
 
+/// What the figures of a search are.
+const COUNTED: &str = "Of what melts inside the contour, the rim (region.inside) left out, on the cells of the search: the judge counts the whole section, on its own.";
+
 pub(super) type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
 
 /// What was found.
@@ -21,8 +24,13 @@ pub(super) fn section(found: &Found, plan: &Plan) -> Section {
         .zip(&found.scores)
         .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
         .collect();
-    let rounds =
-        Plot::new("Share in the window", ["round", ""], ["share", "%"]).line("share", points);
+    let rounds = Plot::new(
+        "Share in the window as the search counts",
+        ["round", ""],
+        ["share", "%"],
+    )
+    .line("share", points)
+    .caption(COUNTED);
     let change = plan
         .settings
         .optimise
@@ -62,8 +70,9 @@ fn trials(found: &Found) -> Table {
             Cell::Fixed(100.0 * trial.shares[1], 1),
         ]);
     }
-    "Share of the molten voxels in the window; the best one was gone on with."
-        .clone_into(&mut table.note);
+    table.note = format!(
+        "Share of the molten voxels in the window; the best one was gone on with. {COUNTED}"
+    );
     table
 }
 
@@ -77,10 +86,13 @@ fn shares(r: &OnReference, found: &Found, plan: &Plan) -> Table {
         time: path.end() - path.begin(),
         tally,
     });
-    let mut table = Shares::table("Voxels of the region on the reference solver", rows);
+    let mut table = Shares::table(
+        "What the search saw: voxels inside the contour, its rim left out",
+        rows,
+    );
     let [low, high] = r.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Window {low:.0} to {high:.0} °C, found on the same solver. Half the cell, half the step and 5 % of power are not tried here: see [judge]."
+        "{COUNTED} Window {low:.0} to {high:.0} °C, found on the same solver. Half the cell, half the step and 5 % of power are not tried here: see [judge]."
     );
     table
 }

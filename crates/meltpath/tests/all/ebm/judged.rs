@@ -117,6 +117,36 @@ fn the_solver_judges_without_charts() {
     }
 }
 
+/// What the path as given comes to on the judge's solver is told beside the found one, and where the found one melts more outside the
+/// contour, which the search does not look at, a note says so.
+#[test]
+fn a_found_path_is_told_beside_the_given_one() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("job.toml");
+    let job = "[process]\nkind = \"ebm\"\n[charts]\npreview = \"none\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1 mm\", \"0 mm\"], [\"1 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[window]\nlow = \"2900 °C\"\nhigh = \"3000 °C\"\n[hatch]\nstrategy = \"one-way\"\noverrun = \"0.1 mm\"\nspacing = \"0.1 mm\"\nspeed = \"1400 mm/s\"\ncurrent = \"2 mA\"\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 4\ncell = \"0.125 mm\"\nstep = \"20 us\"\nspeeds = [\"40 %\", \"300 %\"]\n[judge]\ncell = \"0.04 mm\"\nstep = \"10 us\"\n";
+    std::fs::write(&file, job).unwrap();
+    let told = chain::run(&file, At(&dir.path().join("out")), &Silent);
+    let verdict = told.unwrap().verdict;
+    let fact = |id: &str| verdict.facts.iter().find(|f| f.id == id).unwrap();
+    assert!(
+        fact("in-window-given")
+            .reason
+            .contains("by the changed one")
+    );
+    let outside = verdict.checks.iter().find(|c| c.id == "molten-outside");
+    let after = outside.unwrap().value.as_ref().unwrap().value;
+    let given = fact("molten-outside-given");
+    let before = given.value.as_ref().unwrap().value;
+    assert!(
+        given.reason.starts_with(&format!("{after:.2} %")),
+        "{given:?}"
+    );
+    assert!(after > before + 0.1, "{after} {before}");
+    let grew = verdict.warnings.iter().find(|w| w.code == "outside-grew");
+    let remedy = grew.unwrap().remedy.as_ref().unwrap();
+    assert!(remedy.contains("[correct]"), "{grew:?}");
+}
+
 /// What the path leaves out of the section counts, however far beside it lies: a strip ten times as long is as much less in the window.
 #[test]
 fn all_of_the_section_is_judged() {
