@@ -179,6 +179,16 @@ const LAYER: usize = 3;
 const TIME: usize = 4;
 const FIRST_QUANTITY: usize = 5;
 
+/// Which of [`COLUMNS`] a head names, by the longest name that it bears, and the unit it writes.
+fn named(head: &str) -> Option<(usize, &str)> {
+    let names = COLUMNS.iter().enumerate().flat_map(|(n, wanted)| {
+        let names = wanted.names.iter();
+        names.filter_map(move |name| Some((name.len(), n, unit_of(head, name)?)))
+    });
+    let longest = names.max_by_key(|(length, _, _)| *length);
+    longest.map(|(_, n, unit)| (n, unit))
+}
+
 /// A column in mm, s or K, with the unit as written.
 type Column = (Vec<f64>, &'static str);
 
@@ -186,11 +196,7 @@ type Column = (Vec<f64>, &'static str);
 fn columns(file: &str, table: &[(String, Vec<f64>)]) -> Result<Vec<Option<Column>>, SamplesError> {
     let mut found: Vec<Option<Column>> = COLUMNS.iter().map(|_| None).collect();
     for (head, values) in table {
-        let named = COLUMNS.iter().enumerate().flat_map(|(n, wanted)| {
-            let names = wanted.names.iter();
-            names.filter_map(move |name| Some((name.len(), n, unit_of(head, name)?)))
-        });
-        let Some((_, n, written)) = named.max_by_key(|(length, _, _)| *length) else {
+        let Some((n, written)) = named(head) else {
             continue;
         };
         if found[n].is_some() {
@@ -241,7 +247,8 @@ pub fn of_any_layer(path: &Path, reporter: &Reporter) -> Result<Told, SamplesErr
 
 fn told(path: &Path, layers: Option<Layers>, reporter: &Reporter) -> Result<Told, SamplesError> {
     let file = path.display().to_string();
-    let table = table::read(path)?;
+    // words are welcome in the columns beside
+    let table = table::read_where(path, |_, head| named(head).is_some())?;
     let mut found = columns(&file, &table.columns)?;
     let missing = |wanted: &'static str| {
         let heads = table.columns.iter().map(|(head, _)| format!("\"{head}\""));
@@ -386,6 +393,9 @@ mod tests {
         assert!((a.place[0] - b.place[0]).abs() < 1e-12, "{a:?} {b:?}");
         assert!((a.place[1] - b.place[1]).abs() < 1e-12, "{a:?} {b:?}");
         assert!((a.time - b.time).abs() < 1e-12 && (a.value - b.value).abs() < 1e-9);
+        // words in a column beside
+        let words = written("note,x,y,z,t,T,who\nfirst,1,2,-0.1,0.5,1000,\"A, B\"\n").unwrap();
+        assert_eq!(words, mm);
         // without z: the build plane
         let last = written("x,y,t,T\n1,2,0,900\n").unwrap()[0];
         assert!(last.layer == 2 && (last.sample.place[2] - 0.1).abs() < 1e-12);
@@ -415,6 +425,7 @@ mod tests {
     #[test]
     fn bad_tables_are_named() {
         let told = |text: &str| written(text).unwrap_err().to_string();
+        assert!(told("note,x,y,t,T\na,1,2,3,hot\n").contains("`hot` is no number"));
         assert!(told("x,y,t\n1,2,3\n").contains("no column for the temperature T"));
         assert!(told("x_inch,y,t,T\n1,2,3,4\n").contains("the unit \"inch\" is not one of mm, m"));
         assert!(told("x,y,t,T\n1,2,3,900\n1,2,3,-300\n").contains("row 2: -300 °C is below"));
