@@ -52,10 +52,18 @@ fn of_kind(kind: &Kind, bounds: Bounds) -> Json {
         Kind::Quantity { units, .. } => {
             let symbols: Vec<String> = units.iter().map(|u| u.symbol.replace('.', "\\.")).collect();
             let number = "[-+]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)?";
-            json!({
-                "type": "string",
-                "pattern": format!("^\\s*{number}\\s*({})\\s*$", symbols.join("|")),
-            })
+            let text = |unit: &str| {
+                json!({
+                    "type": "string",
+                    "pattern": format!("^\\s*{number}\\s*({}){unit}\\s*$", symbols.join("|")),
+                })
+            };
+            // where nothing but a number is meant no unit is asked for
+            if units.iter().all(|unit| unit.symbol == "1") {
+                json!({"anyOf": [{"type": "number"}, text("?")]})
+            } else {
+                text("")
+            }
         }
         Kind::Count => {
             let mut schema = json!({"type": "integer", "minimum": bounds.low.max(0.0)});

@@ -23,8 +23,19 @@ impl Deref for File {
     }
 }
 
-/// Reads a quantity: a bare number is answered with one that has a unit.
+/// Reads a quantity: a bare number is answered with one that has a unit, and is welcome where nothing but a number is meant.
 pub fn quantity<Q: Quantity>(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Q> {
+    if Q::UNITS.iter().all(|unit| unit.symbol == "1") {
+        let bare = match node.get_ref() {
+            DeValue::String(text) => text.trim().parse().ok(),
+            _ => number(node),
+        };
+        if let Some(number) = bare.filter(|n: &f64| n.is_finite()) {
+            let show = |n: f64| Q::from_number(n).to_string();
+            reader.within(number, node, place, show)?;
+            return Some(Q::from_number(number));
+        }
+    }
     let fix = match node.get_ref() {
         DeValue::String(text) => match parse(text, Q::WHAT, Q::UNITS) {
             Ok(number) => {
