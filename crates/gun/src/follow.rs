@@ -92,6 +92,41 @@ pub struct Followed {
     pub unreached: (usize, Option<[f64; 2]>),
     /// Time that jumps take beyond what was asked, s.
     pub waited: f64,
+    /// Heat that is drawn where the path asks for none: in jumps and pauses.
+    pub stray: Misplaced,
+    /// Heat that lines get too much or lack while the current is further off than stretches may end.
+    pub off: Misplaced,
+}
+
+/// Heat of the beam that is not where the path asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Misplaced {
+    /// Stretches that have some of it.
+    pub stretches: usize,
+    /// Its share of what all lines ask for.
+    pub share: f64,
+    /// How long that takes in all, with more than a twentieth of the line's current, s.
+    pub time: f64,
+    /// Where the first of them begins, mm.
+    pub first: Option<[f64; 2]>,
+}
+
+impl Misplaced {
+    /// Adds `heat` (J) of `time` s in a stretch that begins at `from`; of what lines ask for the share is taken at the end.
+    fn add(&mut self, heat: f64, time: f64, from: DVec2, begins: &mut bool) {
+        self.stretches += usize::from(std::mem::take(begins));
+        self.share += heat;
+        self.time += time;
+        self.first.get_or_insert(from.to_array());
+    }
+
+    /// Its heat as a share of `asked` J.
+    fn of(self, asked: f64) -> Self {
+        Misplaced {
+            share: self.share / asked.max(f64::MIN_POSITIVE),
+            ..self
+        }
+    }
 }
 
 /// Lines that are not drawn to their ends.
@@ -139,6 +174,8 @@ pub fn follow(motion: &MotionBlock, machine: &Machine, voltage: f64) -> Followed
         short: pen.short,
         unreached: pen.unreached,
         waited,
+        stray: pen.stray.of(pen.asked),
+        off: pen.off.of(pen.asked),
     }
 }
 
@@ -284,6 +321,12 @@ struct Pen<'a> {
     beside: (f64, [f64; 2]),
     behind: f64,
     unreached: (usize, Option<[f64; 2]>),
+    stray: Misplaced,
+    off: Misplaced,
+    /// Heat that lines ask for, J.
+    asked: f64,
+    /// Power of the last line, W.
+    last: f64,
 }
 
 impl<'a> Pen<'a> {
@@ -312,6 +355,10 @@ impl<'a> Pen<'a> {
             beside: (0.0, [0.0; 2]),
             behind: 0.0,
             unreached: (0, None),
+            stray: Misplaced::default(),
+            off: Misplaced::default(),
+            asked: 0.0,
+            last: 0.0,
         };
         if !motion.is_empty() {
             let spot = motion.spot.first().copied().unwrap_or_default();
@@ -340,6 +387,7 @@ impl<'a> Pen<'a> {
         }
         let (wanted, lit) = self.wanted(asked, n);
         let mut done = 0.0;
+        let mut begins = true;
         while done < stretch.takes {
             let left = stretch.takes - done;
             let step = left
@@ -362,6 +410,23 @@ impl<'a> Pen<'a> {
             self.power = now;
             let time = stretch.time + done;
             self.put(time, if lit { mean } else { 0.0 }, spot);
+            let from = stretch.from;
+            if stretch.is_lit() {
+                self.last = stretch.power;
+                self.asked += stretch.power * step;
+                let off = (mean - stretch.power).abs();
+                if off > REACHED * stretch.power {
+                    self.off.add(off * step, step, from, &mut begins);
+                }
+            } else if lit && mean > 0.0 {
+                // the tail of a fall has little heat, however long it is
+                let on = if mean > REACHED * self.last {
+                    step
+                } else {
+                    0.0
+                };
+                self.stray.add(mean * step, on, from, &mut begins);
+            }
             if stretch.is_lit() {
                 self.look(asked, n, done, before);
             }

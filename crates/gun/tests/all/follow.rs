@@ -197,6 +197,44 @@ fn the_current_climbs() {
     assert_eq!(drawn.unreached, (2, Some([2.0, 0.0])));
 }
 
+/// Heat that a climb lacks at the beginning of a line, and what a fall brings to the jump after it, are told as such.
+#[test]
+fn heat_where_none_is_asked_for_is_told() {
+    let lines = motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [2e-3, 2.0, 0.0, 300.0],
+        [3e-3, 0.0, 0.1, 0.0],
+        [5e-3, 2.0, 0.1, 300.0],
+    ]);
+    let of = |between: &str| {
+        let gun = gun(&format!(
+            "[current]\nslew = {{ value = \"10 mA/ms\", source = \"log\" }}\nbetween = \"{between}\""
+        ));
+        follow(&lines, &gun, 60e3)
+    };
+    let (asked, triangle) = (1.2, 0.5 * 300.0 * 5e-4);
+    let ramped = of("ramped");
+    assert!(
+        (ramped.stray.share - triangle / asked).abs() < 1e-9,
+        "{ramped:?}"
+    );
+    assert_eq!(ramped.stray.first, Some([2.0, 0.0]));
+    assert!((ramped.stray.time - 4.75e-4).abs() < 4e-5 && ramped.stray.stretches == 1);
+    // but for the last twentieth of each climb
+    assert!(
+        (ramped.off.share - 2.0 * triangle / asked).abs() < 1e-3,
+        "{ramped:?}"
+    );
+    assert_eq!(
+        (ramped.off.stretches, ramped.off.first),
+        (2, Some([0.0, 0.0]))
+    );
+    let on = of("on");
+    assert!((on.stray.share - 0.25).abs() < 1e-9 && on.off.stretches == 0);
+    let blanked = of("blanked");
+    assert_eq!((blanked.stray.stretches, blanked.off.stretches), (0, 0));
+}
+
 /// A supply that is too slow to come down draws too much, which is no better than too little.
 #[test]
 fn a_current_that_stays_too_high_is_told_too() {

@@ -2,7 +2,7 @@
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_gun::demands::{Demand, demands};
-use meltpath_gun::follow::{Followed, follow};
+use meltpath_gun::follow::{Followed, Misplaced, follow};
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_thermal::beam::BeamPath;
 
@@ -10,6 +10,8 @@ use crate::ebm::error::EbmError;
 use crate::ebm::plan::{Plan, Window};
 
 const ID: &str = "gun";
+/// Share of the heat that may be drawn where it is not asked for, or be lacking where it is.
+const MISPLACED: f64 = 0.01;
 const TITLE: &str = "path that the gun can draw";
 
 /// What a gun makes of the paths of a job.
@@ -112,7 +114,11 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
     let (unreached, first) = found.drawn.unreached;
     let short = found.drawn.short;
     let places: usize = found.vain.iter().map(|(d, _)| d.places).sum();
-    let value = Measure::exact((places + unreached + short.lines) as f64, "places");
+    let told = |heat: Misplaced| (heat.share > MISPLACED).then_some(heat);
+    let [stray, off] = [found.drawn.stray, found.drawn.off].map(told);
+    let misplaced = stray.iter().chain(&off).map(|heat| heat.stretches);
+    let places = places + unreached + short.lines + misplaced.sum::<usize>();
+    let value = Measure::exact(places as f64, "places");
     let mut check = Check::judge(ID, TITLE, value, Limit::AtMost(0.0));
     let mut remedies: Vec<&str> = Vec::new();
     for (demand, layer) in &found.vain {
@@ -144,6 +150,24 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
         check.place.get_or_insert(Place::at([x, y, 0.0]));
         remedies.push("slower lines, or lines that are joined at their ends (hatch.strategy)");
     }
+    if let Some((heat, [x, y])) = stray.and_then(|heat| Some((heat, heat.first?))) {
+        check = check.because(&format!(
+            "{:.1} % of the heat that lines ask for is drawn besides, in jumps and pauses, {:.3} ms of them: the beam is on there; first from x {x:.2}, y {y:.2} mm",
+            100.0 * heat.share,
+            1e3 * heat.time
+        ));
+        check.place.get_or_insert(Place::at([x, y, 0.0]));
+        remedies.push("a gun that blanks its beam between lines (current.between), lines that are joined at their ends (hatch.strategy), or jumps outside the part");
+    }
+    if let Some((heat, [x, y])) = off.and_then(|heat| Some((heat, heat.first?))) {
+        check = check.because(&format!(
+            "the current is more than 5 % off what lines ask for during {:.3} ms of them, by {:.1} % of their heat; first from x {x:.2}, y {y:.2} mm",
+            1e3 * heat.time,
+            100.0 * heat.share
+        ));
+        check.place.get_or_insert(Place::at([x, y, 0.0]));
+        remedies.push("lines that begin before the part, so that the current is there in time, or currents that change less");
+    }
     if !found.unknown.is_empty() {
         check.status = check.status.max(Status::CannotSay);
         check = check.because(&format!(
@@ -167,6 +191,28 @@ pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
     let waited = Measure::exact(drawn.waited, "s");
     let title = "time that jumps of the last layer take beyond the plan";
     let mut facts = vec![Fact::new("gun-jumps", title, waited, "")];
+    for (id, title, heat) in [
+        (
+            "gun-stray",
+            "heat drawn in jumps and pauses, of what lines ask for",
+            drawn.stray,
+        ),
+        (
+            "gun-off",
+            "heat that lines lack or have too much, of what they ask for",
+            drawn.off,
+        ),
+    ] {
+        if heat.stretches > 0 {
+            let value = Measure::exact(100.0 * heat.share, "%");
+            let told = format!(
+                "last layer, {:.3} ms in {} stretches",
+                1e3 * heat.time,
+                heat.stretches
+            );
+            facts.push(Fact::new(id, title, value, &told));
+        }
+    }
     if found.lags {
         let (beside, [x, y]) = drawn.beside;
         let title = "farthest of the drawn beam from the line it draws";
