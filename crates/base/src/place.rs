@@ -56,6 +56,8 @@ impl std::fmt::Display for Place {
             parts.push(format!("bead {bead}"));
         }
         if let Some([x, y, z]) = self.position {
+            // the build plane lies at 0.0, not at -0.0
+            let [x, y, z] = [x, y, z].map(|v| (10.0 * v).round() / 10.0 + 0.0);
             parts.push(format!("x {x:.1}, y {y:.1}, z {z:.1} mm"));
         }
         write!(f, "{}", parts.join(", "))

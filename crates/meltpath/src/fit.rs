@@ -6,6 +6,7 @@ mod judge;
 pub mod measurements;
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
@@ -156,9 +157,25 @@ fn search(
         })
         .collect();
     let coupons: Vec<&Coupon> = measured.all.iter().map(|m| &m.coupon).collect();
-    let mut all = |values: &[f64]| sizes(&coupons, &bench, guess(values), &mut charts, observer);
+    let [least, most] = least_squares::evaluations(priors.len(), ROUNDS);
+    let mut asked = 0;
+    let mut all = |values: &[f64]| {
+        if asked > 0 {
+            observer.stage(&format!("all bodies, {asked} of at most {most} times"), 0);
+        }
+        asked += 1;
+        sizes(&coupons, &bench, guess(values), &mut charts, observer)
+    };
     let start = priors.each_ref().map(|p| p.value);
+    let begun = Instant::now();
     let before = all(&start)?;
+    let minutes = begun.elapsed().as_secs_f64() / 60.0;
+    observer.note(&format!(
+        "all bodies once took {:.1} s; a fit draws them {least} to {most} times: {:.1} to {:.1} min, and a wanted strut some of them again",
+        60.0 * minutes,
+        least as f64 * minutes,
+        most as f64 * minutes
+    ));
     let fitted = least_squares::fit(&priors, &values, ROUNDS, &mut all)?;
     let struts = measured.all.iter().zip(&fitted.roughness);
     let like = struts

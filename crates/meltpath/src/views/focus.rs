@@ -115,6 +115,11 @@ pub fn lines(found: &Found) -> Vec<String> {
     lines
 }
 
+/// To ten significant digits: what a person wrote comes back as written.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.9e}").parse().unwrap_or(value)
+}
+
 /// The calibration as a file that jobs read.
 fn calibration(found: &Found) -> String {
     let word = |text: &str| Value::String(text.to_owned()).to_string();
@@ -134,13 +139,12 @@ fn calibration(found: &Found) -> String {
         )),
     );
     for p in found.calibrated.pieces {
-        let [from, to] = p.range.map(|f| 1e3 * f);
+        let [from, to] = p.range.map(|f| rounded(1e3 * f));
+        let (intercept, slope) = (rounded(1e3 * p.intercept), rounded(p.slope));
         // writing into a string does not fail
         let _ = write!(
             text,
-            "\n[[piece]]\nfrom = \"{from} mA\"\nto = \"{to} mA\"\nintercept = \"{} µm\"\nslope = \"{} µm/mA\"\n",
-            1e3 * p.intercept,
-            p.slope
+            "\n[[piece]]\nfrom = \"{from} mA\"\nto = \"{to} mA\"\nintercept = \"{intercept} µm\"\nslope = \"{slope} µm/mA\"\n",
         );
     }
     text
@@ -157,7 +161,7 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
         for wall in &found.walls.all {
             let [line, diameter] = at(found, wall);
             let [focus, thickness, line, diameter] =
-                [wall.focus, wall.thickness, line, diameter].map(|v| 1e3 * v);
+                [wall.focus, wall.thickness, line, diameter].map(|v| rounded(1e3 * v));
             writeln!(w, "{focus},{thickness},{line},{diameter}")?;
         }
         Ok(())

@@ -8,7 +8,7 @@
 use meltpath_numerics::least_squares::{LeastSquaresError, Regression};
 
 /// Places about a middle, over the reach of a parameter: unevenly, so that no step of a model hides between them.
-const PLACES: [f64; 6] = [-1.0, -0.62, -0.27, 0.35, 0.71, 1.0];
+pub(super) const PLACES: [f64; 6] = [-1.0, -0.62, -0.27, 0.35, 0.71, 1.0];
 /// Unknowns of a parabola.
 const PARABOLA: usize = 3;
 /// Least reach, as a share of the prior's uncertainty.

@@ -5,7 +5,7 @@
 
 use meltpath_numerics::least_squares::{LeastSquaresError, Regression, Solution};
 
-use super::course::{Course, places};
+use super::course::{Course, PLACES, places};
 
 /// A parameter before the fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +116,16 @@ pub enum FitError<E: std::error::Error> {
 
 /// A model: a prediction for each measurement from the parameters.
 pub type Model<'a, E> = dyn FnMut(&[f64]) -> Result<Vec<f64>, E> + 'a;
+
+/// How often a fit asks its model, at least and at most: for so many parameters, `rounds` steps at most.
+///
+/// ```
+/// assert_eq!(meltpath_thermal::calibration::fit::evaluations(2, 4), [14, 61]);
+/// ```
+pub fn evaluations(parameters: usize, rounds: u32) -> [usize; 2] {
+    let look = parameters * PLACES.len();
+    [1 + look + 1, 1 + rounds as usize * (look + SHARES.len())]
+}
 
 /// Finds the parameters that explain `measured` and stay near their priors; `model` gives a prediction for each
 /// measurement. `rounds` Gauss-Newton steps at most.
