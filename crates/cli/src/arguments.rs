@@ -327,6 +327,7 @@ mod tests {
     /// The command that prints what a file says, where its messages name none.
     const PRINTS: &[(&str, &str)] = &[
         ("waam/foreign.rs", "simulate"),
+        ("waam/foreign/doubts.rs", "simulate"),
         ("meltpath/src/health.rs", "health"),
     ];
 

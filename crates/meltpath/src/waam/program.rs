@@ -414,7 +414,7 @@ pub fn commands(
     if moves.lays() {
         Ok(moves)
     } else {
-        Err(no_bead(programs, Some(moves)))
+        Err(no_bead(programs, (moves.burns(), moves.gaps)))
     }
 }
 
@@ -431,7 +431,7 @@ pub(in crate::waam) fn commands_or_moves(
     let stays_off = !moves.burns() && moves.gaps.is_empty();
     if !moves.lays() {
         if !stays_off || settings.robot.is_none() {
-            return Err(no_bead(programs, Some(moves)));
+            return Err(no_bead(programs, (moves.burns(), moves.gaps)));
         }
         // layers are those of what is laid
         moves.layer_of_command.fill(0);
@@ -477,7 +477,7 @@ fn moves(
     let arc_length = toolpath.deposited_length();
     let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
     let Some(start) = start else {
-        return Err(no_bead(programs, None));
+        return Err(no_bead(programs, (false, reading.gaps)));
     };
     let count = reading.controls.len();
     let mut commands: Vec<Command> = Vec::with_capacity(count);
@@ -573,11 +573,10 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
 }
 
 /// Why programs lay no metal.
-fn no_bead(programs: &[Program], moves: Option<Commands>) -> ProgramStageError {
+fn no_bead(programs: &[Program], (stands, gaps): (bool, Vec<Gap>)) -> ProgramStageError {
     let name = programs.first();
     let name = name.map_or_else(String::new, |p| p.name.clone());
-    let stands = moves.as_ref().is_some_and(Commands::burns);
-    match moves.and_then(|moves| moves.gaps.into_iter().next()) {
+    match gaps.into_iter().next() {
         Some(gap) => ProgramStageError::NoBead {
             name,
             gap: Box::new(gap),
