@@ -159,7 +159,7 @@ fn remedies_in_words_end_the_complaint() {
         (
             ProcessKind::Lpbf,
             ("\n[lpbf]\n", "\n[heat]\npreheat = \"1400 °C\"\n\n[lpbf]\n"),
-            "give heat.preheat below it",
+            "give heat.preheat below",
             "\n[heat]\npreheat = \"200 °C\"\n\n[lpbf]\n",
         ),
     ] {

@@ -7,15 +7,23 @@ use meltpath_thermal::pool::fusion::FusionMap;
 
 use super::beam::lit;
 
-/// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
+/// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares. They grow beyond the map, too, where
+/// nothing stops them: what is found does not hang on where it ends.
 pub(super) fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
     let reach = reach.ceil().max(0.0) as usize;
+    let (wide, high) = (nx + 2 * reach, ny + 2 * reach);
+    let mut room = vec![false; wide * high];
+    let inside = |j: usize| (j + reach) * wide + reach..(j + reach) * wide + reach + nx;
+    for (j, row) in cells.chunks(nx).enumerate() {
+        room[inside(j)].copy_from_slice(row);
+    }
     let grown = |cells: &[bool], wanted: bool| {
-        let rows = spread(cells, nx, wanted, reach);
-        let columns = spread(&turned(&rows, nx), ny, wanted, reach);
-        turned(&columns, ny)
+        let rows = spread(cells, wide, wanted, reach);
+        let columns = spread(&turned(&rows, wide), high, wanted, reach);
+        turned(&columns, high)
     };
-    grown(&grown(cells, true), false)
+    let room = grown(&grown(&room, true), false);
+    (0..ny).flat_map(|j| &room[inside(j)]).copied().collect()
 }
 
 /// Marks the cells that lie within `reach` mm of a way drawn with light, and not beyond its ends.
