@@ -49,7 +49,7 @@ use crate::waam::plan::other_job;
 use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::{files, toolpath_file};
-use doubts::doubts;
+use doubts::{doubts, far_from_plate};
 use stands::Stands;
 
 /// Layers that begin nearer to each other end at the same height, mm.
@@ -225,6 +225,10 @@ impl Seen<'_> {
             }
         }
         let mut doubts = doubts(self.job, commands, settings);
+        if self.own.is_none() {
+            // a program of the job's plan lies where that does, wherever it begins
+            doubts.extend(far_from_plate(commands, settings));
+        }
         doubts.extend(self.stands.doubt());
         doubts.extend(leaning.doubts());
         doubts.extend(doubt::of_corners(program::spoken(parsed), settings));

@@ -26,7 +26,6 @@ pub(super) fn doubts(job: Option<&Path>, commands: &Commands, settings: &Setting
         turning(commands),
         doubt::of_torch(commands),
         uneven(commands, settings),
-        far_from_plate(commands, settings),
         doubt::of_bead(settings),
         doubt::of_cells(settings),
     ];
@@ -34,7 +33,7 @@ pub(super) fn doubts(job: Option<&Path>, commands: &Commands, settings: &Setting
 }
 
 /// Nobody says where the plate lies, and the beads begin far from where a plate at 0 would be.
-fn far_from_plate(commands: &Commands, settings: &Settings) -> Option<Doubt> {
+pub(super) fn far_from_plate(commands: &Commands, settings: &Settings) -> Option<Doubt> {
     let laid = commands
         .commands
         .iter()
