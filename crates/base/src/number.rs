@@ -35,6 +35,21 @@ pub fn significant(value: f64, figures: u32) -> String {
     text.replace('-', "−")
 }
 
+/// Significant digits to which a number that a person wrote comes back as written from other units.
+pub const WRITTEN: usize = 10;
+
+/// `value` to so many significant digits, as a number.
+///
+/// ```
+/// use meltpath_base::number::{WRITTEN, rounded};
+/// assert_eq!(rounded(1e3 * -0.009, WRITTEN), -9.0);
+/// assert_eq!(rounded(2.0 / 3.0, 3), 0.667);
+/// ```
+pub fn rounded(value: f64, figures: usize) -> f64 {
+    let text = format!("{value:.*e}", figures.saturating_sub(1));
+    text.parse().unwrap_or(value)
+}
+
 /// `value` with exactly `decimals` digits after the point; a true minus sign; `unknown` when not finite.
 pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {

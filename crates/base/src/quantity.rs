@@ -6,6 +6,8 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
+use crate::number::{WRITTEN, rounded};
+
 /// A unit as files write it: its symbol, and the linear map `internal = factor · written / divisor + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
@@ -38,7 +40,7 @@ impl Unit {
     /// An internal value in this unit, to ten significant digits: what a person wrote comes back as written.
     pub fn show(&self, internal: f64) -> String {
         let written = (internal - self.offset) * self.divisor / self.factor;
-        let rounded: f64 = format!("{written:.9e}").parse().unwrap_or(written);
+        let rounded = rounded(written, WRITTEN);
         match self.symbol {
             "1" => rounded.to_string(),
             symbol => format!("{rounded} {symbol}"),
@@ -106,9 +108,7 @@ pub(crate) fn with_unit(number: &str, units: &[Unit]) -> String {
     let share = number.parse::<f64>().ok().filter(|n| 0.0 < *n && *n < 1.0);
     match (units, share) {
         ([unit, ..], Some(share)) if unit.symbol == "%" => {
-            let percent: f64 = format!("{:.9e}", 100.0 * share)
-                .parse()
-                .unwrap_or(100.0 * share);
+            let percent = rounded(100.0 * share, WRITTEN);
             format!("{percent} %")
         }
         _ => in_first_unit(number, units),

@@ -92,6 +92,8 @@ pub struct Followed {
     pub unreached: (usize, Option<[f64; 2]>),
     /// Time that jumps take beyond what was asked, s.
     pub waited: f64,
+    /// Heat that lines ask for, J.
+    pub asked: f64,
     /// Heat that is drawn where the path asks for none: in jumps and pauses.
     pub stray: Misplaced,
     /// Heat that lines get too much or lack while the current is further off than stretches may end.
@@ -103,8 +105,8 @@ pub struct Followed {
 pub struct Misplaced {
     /// Stretches that have some of it.
     pub stretches: usize,
-    /// Its share of what all lines ask for.
-    pub share: f64,
+    /// How much, J.
+    pub heat: f64,
     /// How long that takes in all, with more than a twentieth of the line's current, s.
     pub time: f64,
     /// Where the first of them begins, mm.
@@ -112,20 +114,19 @@ pub struct Misplaced {
 }
 
 impl Misplaced {
-    /// Adds `heat` (J) of `time` s in a stretch that begins at `from`; of what lines ask for the share is taken at the end.
+    /// Adds `heat` (J) of `time` s in a stretch that begins at `from`.
     fn add(&mut self, heat: f64, time: f64, from: DVec2, begins: &mut bool) {
         self.stretches += usize::from(std::mem::take(begins));
-        self.share += heat;
+        self.heat += heat;
         self.time += time;
         self.first.get_or_insert(from.to_array());
     }
+}
 
-    /// Its heat as a share of `asked` J.
-    fn of(self, asked: f64) -> Self {
-        Misplaced {
-            share: self.share / asked.max(f64::MIN_POSITIVE),
-            ..self
-        }
+impl Followed {
+    /// Misplaced heat as a share of what all lines ask for.
+    pub fn share(&self, of: &Misplaced) -> f64 {
+        of.heat / self.asked.max(f64::MIN_POSITIVE)
     }
 }
 
@@ -174,8 +175,9 @@ pub fn follow(motion: &MotionBlock, machine: &Machine, voltage: f64) -> Followed
         short: pen.short,
         unreached: pen.unreached,
         waited,
-        stray: pen.stray.of(pen.asked),
-        off: pen.off.of(pen.asked),
+        asked: pen.asked,
+        stray: pen.stray,
+        off: pen.off,
     }
 }
 

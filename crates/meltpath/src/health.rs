@@ -18,7 +18,7 @@ use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{
-    Km0Stage1, first_stage, harmless, simulate_first_stage, simulate_second_stage,
+    Harmless, Km0Stage1, first_stage, harmless, simulate_first_stage, simulate_second_stage,
 };
 use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
 use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
@@ -117,13 +117,16 @@ impl Subject {
                 Ok(())
             })
         };
-        let (voltage, _) = harmless(&self.data, self.period, AMPLITUDE)?.map_err(|reached| {
-            HealthError::Stops {
-                axis: self.axis.to_uppercase(),
-                reached: reached.to_degrees(),
-                travel: self.data.travel.to_degrees(),
+        let voltage = match harmless(&self.data, self.period, AMPLITUDE)? {
+            Harmless::Sequence(voltage) => voltage,
+            Harmless::Never(reached) => {
+                return Err(HealthError::Stops {
+                    axis: self.axis.to_uppercase(),
+                    reached: reached.to_degrees(),
+                    travel: self.data.travel.to_degrees(),
+                });
             }
-        })?;
+        };
         column("stage1.csv", "voltage_V", &voltage)?;
         let degrees: Vec<f64> = self
             .signal()?

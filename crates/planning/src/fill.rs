@@ -1,5 +1,6 @@
 //! Filling of regions with beads of wire: strategies, links, gaps, speeds, neighbours.
 
+mod alike;
 mod bead;
 mod bend;
 mod chain;
@@ -12,7 +13,7 @@ mod lines;
 mod neighbours;
 mod outline;
 mod pace;
-mod parts;
+mod pieces;
 mod plan;
 mod raster;
 mod region;

@@ -135,7 +135,7 @@ fn number_and_unit(value: &Json) -> Option<(f64, &str)> {
 /// assert_eq!(rounded(&vec![0.125, 7.0].into()), "[0.125, 7]");
 /// ```
 pub fn rounded(value: &Json) -> String {
-    let short = |number: f64| -> f64 { format!("{number:.4e}").parse().unwrap_or(number) };
+    let short = |number: f64| -> f64 { crate::number::rounded(number, 5) };
     match value {
         Json::String(text) => match number_and_unit(value) {
             Some((number, unit)) => format!("{} {unit}", short(number)),

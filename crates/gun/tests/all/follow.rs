@@ -215,14 +215,14 @@ fn heat_where_none_is_asked_for_is_told() {
     let (asked, triangle) = (1.2, 0.5 * 300.0 * 5e-4);
     let ramped = of("ramped");
     assert!(
-        (ramped.stray.share - triangle / asked).abs() < 1e-9,
+        (ramped.share(&ramped.stray) - triangle / asked).abs() < 1e-9,
         "{ramped:?}"
     );
     assert_eq!(ramped.stray.first, Some([2.0, 0.0]));
     assert!((ramped.stray.time - 4.75e-4).abs() < 4e-5 && ramped.stray.stretches == 1);
     // but for the last twentieth of each climb
     assert!(
-        (ramped.off.share - 2.0 * triangle / asked).abs() < 1e-3,
+        (ramped.share(&ramped.off) - 2.0 * triangle / asked).abs() < 1e-3,
         "{ramped:?}"
     );
     assert_eq!(
@@ -230,7 +230,7 @@ fn heat_where_none_is_asked_for_is_told() {
         (2, Some([0.0, 0.0]))
     );
     let on = of("on");
-    assert!((on.stray.share - 0.25).abs() < 1e-9 && on.off.stretches == 0);
+    assert!((on.share(&on.stray) - 0.25).abs() < 1e-9 && on.off.stretches == 0);
     let blanked = of("blanked");
     assert_eq!((blanked.stray.stretches, blanked.off.stretches), (0, 0));
 }

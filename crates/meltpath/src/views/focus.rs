@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use meltpath_base::Provenance;
+use meltpath_base::number::{WRITTEN, rounded};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_gun::focus_walls::Wall;
@@ -115,11 +116,6 @@ pub fn lines(found: &Found) -> Vec<String> {
     lines
 }
 
-/// To ten significant digits: what a person wrote comes back as written.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.9e}").parse().unwrap_or(value)
-}
-
 /// The calibration as a file that jobs read.
 fn calibration(found: &Found) -> String {
     let word = |text: &str| Value::String(text.to_owned()).to_string();
@@ -139,8 +135,11 @@ fn calibration(found: &Found) -> String {
         )),
     );
     for p in found.calibrated.pieces {
-        let [from, to] = p.range.map(|f| rounded(1e3 * f));
-        let (intercept, slope) = (rounded(1e3 * p.intercept), rounded(p.slope));
+        let [from, to] = p.range.map(|f| rounded(1e3 * f, WRITTEN));
+        let (intercept, slope) = (
+            rounded(1e3 * p.intercept, WRITTEN),
+            rounded(p.slope, WRITTEN),
+        );
         // writing into a string does not fail
         let _ = write!(
             text,
@@ -161,7 +160,7 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
         for wall in &found.walls.all {
             let [line, diameter] = at(found, wall);
             let [focus, thickness, line, diameter] =
-                [wall.focus, wall.thickness, line, diameter].map(|v| rounded(1e3 * v));
+                [wall.focus, wall.thickness, line, diameter].map(|v| rounded(1e3 * v, WRITTEN));
             writeln!(w, "{focus},{thickness},{line},{diameter}")?;
         }
         Ok(())

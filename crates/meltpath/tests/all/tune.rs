@@ -347,3 +347,37 @@ fn motors_of_other_axes_are_refused() {
     let told = tuned(place.path(), &text).unwrap_err();
     says(&told, &["motor.x is given", "axes does not name x"]);
 }
+
+/// The distance of a continuous loop says nothing where the sampled one is lost, here by three modes that are hardly damped.
+#[test]
+fn a_distance_is_no_pass_where_sampled_motors_are_lost() {
+    let place = tempfile::tempdir().unwrap();
+    let mut motor = String::new();
+    for (name, value) in [
+        ("resistance", "1.35 Ω"),
+        ("inductance", "260 µH"),
+        ("torque_constant", "9.4e-3 N·m/A"),
+        ("back_emf", "9.4e-3 V·s/rad"),
+        ("inertia", "1.1e-7 kg·m²"),
+        ("viscous", "8e-6 N·m·s/rad"),
+        ("coulomb", "9e-5 N·m"),
+        ("bias", "1.5e-5 N·m"),
+    ] {
+        motor += &format!("{name} = {{ value = \"{value}\", source = \"own\" }}\n");
+    }
+    for (frequency, damping, gain) in [(2900, 0.002, 0.4), (4100, 0.003, 0.3), (8300, 0.004, 0.2)] {
+        motor += &format!(
+            "[[mode]]\nfrequency = {{ value = \"{frequency} Hz\", source = \"own\" }}\ndamping = {{ value = {damping}, source = \"own\" }}\ngain_ratio = {{ value = {gain}, source = \"own\" }}\n"
+        );
+    }
+    fs::write(place.path().join("own.toml"), motor).unwrap();
+    // refined gains keep their distance from the critical point here, and written ones do not
+    let text = SHORT
+        .replacen('\n', "\naxes = [\"y\"]\nmotor.y = \"own.toml\"\n", 1)
+        .replace("[cascade.refine]\non = \"nothing\"\n", "")
+        + "[export]\ncontroller = \"cascade\"\n";
+    let verdict = tuned(place.path(), &text).unwrap().verdict;
+    let distance = check(&verdict, "y-mode");
+    assert_eq!(distance.status, Status::CannotSay, "{distance:?}");
+    says(&distance.reason, &["continuous loop's", "loses"]);
+}

@@ -9,13 +9,14 @@ use meltpath_toolpath::{Layer, Move, PassHead};
 use rayon::prelude::*;
 
 use crate::error::PlanError;
+use crate::fill::alike::Alike;
 use crate::fill::bead::Bead;
 use crate::fill::coverage::{Coverage, coverage};
 use crate::fill::gaps;
 use crate::fill::layer::{FillLayer, PassIds};
 use crate::fill::neighbours;
 use crate::fill::pace::{self, nominal_length};
-use crate::fill::parts::{Piece, apart};
+use crate::fill::pieces::{Piece, apart};
 use crate::fill::region::lay;
 use crate::fill::settings::{CORNER, FillSettings};
 
@@ -48,9 +49,9 @@ pub fn plan_layer(
     reporter: &Reporter,
 ) -> Result<LayerPlan, PlanError> {
     settings.check()?;
-    let parts = parts(layer, settings)?;
-    let drawn = draw(&parts, layer, settings, reporter)?;
-    finish(drawn, &parts, layer, (settings, ids), reporter)
+    let pieces = taken_apart(layer, settings)?;
+    let drawn = draw(&pieces, layer, settings, reporter)?;
+    finish(drawn, &pieces, layer, (settings, ids), reporter)
 }
 
 /// The passes of one layer as [`plan_layer`] has them, all of one speed; what they cover and what lies beside each, which takes most
@@ -65,9 +66,9 @@ pub(crate) fn passes_alone(
     reporter: &Reporter,
 ) -> Result<Layer, PlanError> {
     settings.check()?;
-    let parts = parts(layer, settings)?;
-    let drawn = draw(&parts, layer, settings, reporter)?;
-    let filled = closed(drawn, &parts, layer, settings, reporter)?;
+    let pieces = taken_apart(layer, settings)?;
+    let drawn = draw(&pieces, layer, settings, reporter)?;
+    let filled = closed(drawn, &pieces, layer, settings, reporter)?;
     written(filled, layer, settings, ids)
 }
 
@@ -80,7 +81,10 @@ fn outline(layer: FillLayer<'_>) -> impl Fn(PlanarError) -> PlanError {
 }
 
 /// The regions of a layer taken apart.
-fn parts(layer: FillLayer<'_>, settings: &FillSettings) -> Result<Vec<Vec<Piece>>, PlanError> {
+fn taken_apart(
+    layer: FillLayer<'_>,
+    settings: &FillSettings,
+) -> Result<Vec<Vec<Piece>>, PlanError> {
     let regions = layer.regions.par_iter();
     let apart = regions.map(|region| apart(region, settings));
     apart.collect::<Result<_, _>>().map_err(outline(layer))
@@ -88,12 +92,12 @@ fn parts(layer: FillLayer<'_>, settings: &FillSettings) -> Result<Vec<Vec<Piece>
 
 /// The beads of each region, before gaps are closed.
 fn draw(
-    parts: &[Vec<Piece>],
+    pieces: &[Vec<Piece>],
     layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
 ) -> Result<Drawn, PlanError> {
-    let drawn = parts.par_iter().map(|pieces| {
+    let drawn = pieces.par_iter().map(|pieces| {
         let pieces = pieces.iter();
         pieces
             .map(|piece| lay(piece, layer.number, settings, reporter))
@@ -105,12 +109,12 @@ fn draw(
 /// The beads of each region with its gaps closed; tells of those that have none.
 fn closed(
     drawn: Drawn,
-    parts: &[Vec<Piece>],
+    pieces: &[Vec<Piece>],
     layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
 ) -> Result<Vec<Vec<Bead>>, PlanError> {
-    let regions = drawn.into_par_iter().zip(parts);
+    let regions = drawn.into_par_iter().zip(pieces);
     let filled: Vec<Vec<Bead>> = regions
         .map(|(mut beads, pieces)| {
             for (beads, piece) in beads.iter_mut().zip(pieces) {
@@ -143,12 +147,12 @@ fn closed(
 /// A layer's plan from its beads.
 fn finish(
     drawn: Drawn,
-    parts: &[Vec<Piece>],
+    pieces: &[Vec<Piece>],
     layer: FillLayer<'_>,
     (settings, ids): (&FillSettings, PassIds),
     reporter: &Reporter,
 ) -> Result<LayerPlan, PlanError> {
-    let filled = closed(drawn, parts, layer, settings, reporter)?;
+    let filled = closed(drawn, pieces, layer, settings, reporter)?;
     let mut coverage: Vec<Coverage> = layer
         .regions
         .par_iter()
@@ -220,13 +224,13 @@ pub fn plan_layers(
     settings.check()?;
     observer.stage("fill", 2 * layers.len() as u64);
     let sections = Alike::of(layers.len(), |i, j| layers[i].regions == layers[j].regions);
-    let parts: Vec<Vec<Vec<Piece>>> = sections.each(|first, count| {
+    let pieces: Vec<Vec<Vec<Piece>>> = sections.each(|first, count| {
         observer.check()?;
-        let parts = parts(layers[first], settings);
+        let pieces = taken_apart(layers[first], settings);
         observer.advance(count);
-        parts
+        pieces
     })?;
-    let of = |layer: usize| parts[sections.kind[layer]].as_slice();
+    let of = |layer: usize| pieces[sections.kind[layer]].as_slice();
     let drawn: Vec<Drawn> = (0..layers.len())
         .into_par_iter()
         .map(|i| draw(of(i), layers[i], settings, reporter))
@@ -246,47 +250,6 @@ pub fn plan_layers(
     let each = layers.iter().zip(&beads.kind);
     each.map(|(&layer, &kind)| on_layer(&plans[kind], layers[beads.firsts[kind]], layer, ids))
         .collect()
-}
-
-/// Which of many are alike.
-struct Alike {
-    /// The first of each kind.
-    firsts: Vec<usize>,
-    /// The kind of each.
-    kind: Vec<usize>,
-}
-
-impl Alike {
-    fn of(count: usize, are_alike: impl Fn(usize, usize) -> bool) -> Self {
-        let mut alike = Alike {
-            firsts: Vec::new(),
-            kind: Vec::with_capacity(count),
-        };
-        for i in 0..count {
-            // most are like the one before
-            let known = alike.firsts.iter().rposition(|&first| are_alike(i, first));
-            alike.kind.push(known.unwrap_or(alike.firsts.len()));
-            if known.is_none() {
-                alike.firsts.push(i);
-            }
-        }
-        alike
-    }
-
-    /// What `make` has for each kind, from its first and how many there are, in parallel.
-    fn each<T: Send>(
-        &self,
-        make: impl Fn(usize, u64) -> Result<T, PlanError> + Sync,
-    ) -> Result<Vec<T>, PlanError> {
-        let mut counts = vec![0; self.firsts.len()];
-        for &kind in &self.kind {
-            counts[kind] += 1;
-        }
-        let kinds = self.firsts.par_iter().zip(counts);
-        let made: Vec<Result<T, PlanError>> =
-            kinds.map(|(&first, count)| make(first, count)).collect();
-        made.into_iter().collect()
-    }
 }
 
 /// The plan of a layer as that of another, whose beads start and run alike.

@@ -14,7 +14,7 @@ use crate::fill::direction::angle;
 use crate::fill::gaps;
 use crate::fill::lines::Rim;
 use crate::fill::outline::{Room, length};
-use crate::fill::parts::{Around, Contours, Inside, Piece, Rimmed, rimmed, ways};
+use crate::fill::pieces::{Around, Contours, Inside, Piece, Rimmed, rimmed, ways};
 use crate::fill::raster::raster;
 use crate::fill::settings::{
     ContourOrder, FillSettings, LayerDirection, Spacing, StartPoints, Strategy, end_distance,

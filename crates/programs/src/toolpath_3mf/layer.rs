@@ -35,7 +35,7 @@ pub(super) struct Progress {
     /// Profiles whose remarks were told, and other names that were.
     told: BTreeSet<String>,
     /// The laser that marks.
-    laser: Option<u32>,
+    pub(super) laser: Option<u32>,
     /// Points that may still be read.
     pub(super) room: usize,
     pub(super) found: Vec<Found>,
@@ -61,8 +61,6 @@ impl<'a> Reading<'a> {
         layer: Layer,
         progress: &'a mut Progress,
     ) -> Self {
-        // lasers of different layers do not mark at the same time
-        progress.laser = None;
         Reading {
             resource,
             part,

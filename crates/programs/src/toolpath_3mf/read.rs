@@ -119,6 +119,13 @@ impl<R: Read + Seek> Reader<R> {
         if self.resource.kind == Kind::Planar || index == 0 {
             self.progress.room = MOST_POINTS;
         }
+        let before = index
+            .checked_sub(1)
+            .and_then(|i| self.resource.layers.get(i));
+        if before.is_some_and(|before| before.top < path.top) {
+            // lasers of different heights do not mark at the same time
+            self.progress.laser = None;
+        }
         let named = (&self.resource, path.part.as_str());
         let mut reading = Reading::new(named, layer, &mut self.progress);
         walk(source, &path.part, &mut reading)?;

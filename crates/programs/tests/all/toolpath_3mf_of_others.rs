@@ -335,6 +335,20 @@ fn lasers_at_the_same_time_are_refused() {
         "{found:?}"
     );
     assert!(found[0].shapes && !found[1].shapes);
+    // one after the other where they mark layers of different heights, and together at one height
+    let second = LAYER_PART.replace("layer", "other");
+    for (top, is_read) in [(51, true), (50, false)] {
+        let profile = r#"laserspeed="8" laserpower="200">"#;
+        let [model, first] = foreign("planar", profile, &hatch(1));
+        let [_, then] = foreign("planar", profile, &hatch(2));
+        let both =
+            format!("<x:toolpathlayer ztop=\"{top}\" path=\"/{second}\"/></x:toolpathlayers>");
+        let model = model.replace("</x:toolpathlayers>", &both);
+        let package = packed(&model, &[(LAYER_PART, &first), (&second, &then)]);
+        let mut reader = Reader::new(Cursor::new(&package)).unwrap();
+        assert!(reader.next().unwrap().is_ok());
+        assert_eq!(reader.next().unwrap().is_ok(), is_read, "{top}");
+    }
 }
 
 /// A megabyte of blanks packs to a thousandth: a real layer does not.

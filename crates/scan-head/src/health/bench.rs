@@ -226,20 +226,25 @@ pub fn simulate_first_stage(axis: &Axis, period: f64) -> Result<BenchColumns, Ax
 }
 
 /// Share of its travel that a motor may go under a sequence that is to be played on it: another one drifts farther.
-const HARMLESS: f64 = 0.7;
+const BORNE: f64 = 0.7;
 /// The least amplitude of a sequence, V.
 const LEAST: f64 = 0.02;
+
+/// A first stage that an axis bears, or that none does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Harmless {
+    /// Voltages, V.
+    Sequence(Vec<f64>),
+    /// Under the smallest voltages too its motor goes so far, rad.
+    Never(f64),
+}
 
 /// The first stage's sequence for an axis, of the greatest amplitude (V) up to `amplitude`, less a fifth as often as needed, under which the
 /// axis' motor stays within its travel with the friction and the bias torque that its head's file tells.
 ///
 /// # Errors
-/// How far the motor goes at the least, rad, where none is harmless; [`AxisError`].
-pub fn harmless(
-    axis: &Axis,
-    period: f64,
-    amplitude: f64,
-) -> Result<Result<(Vec<f64>, f64), f64>, AxisError> {
+/// [`AxisError`].
+pub fn harmless(axis: &Axis, period: f64, amplitude: f64) -> Result<Harmless, AxisError> {
     let (mut amplitude, mut least) = (amplitude, f64::INFINITY);
     while amplitude >= LEAST {
         let voltage = sequence(period, amplitude)?;
@@ -249,13 +254,13 @@ pub fn harmless(
             2 => farthest::<7>(axis, period, &voltage)?,
             _ => farthest::<{ 3 + 2 * MOST_MODES }>(axis, period, &voltage)?,
         };
-        if farthest <= HARMLESS * axis.travel {
-            return Ok(Ok((voltage, amplitude)));
+        if farthest <= BORNE * axis.travel {
+            return Ok(Harmless::Sequence(voltage));
         }
         least = least.min(farthest);
         amplitude *= 0.8;
     }
-    Ok(Err(least))
+    Ok(Harmless::Never(least))
 }
 
 /// The largest angle of an axis' motor under voltages from rest at the middle of its travel, rad.

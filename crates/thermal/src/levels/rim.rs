@@ -1,7 +1,7 @@
 //! How strongly `θ` bends at the rim of a tile, from its cells to those of the tiles beside: a pool whose middle lies where tiles meet
 //! bends nowhere else as strongly.
 
-use super::tile::{N, PLANE, SIDES, Shown};
+use super::tile::{N, SIDES, Shown};
 use super::tree::parts;
 use super::{Level, Levels};
 
@@ -86,7 +86,6 @@ fn row(theta: &[f32], s: usize, deep: usize) -> [f32; N] {
 
 /// Largest bend across side `s`: from the cells along the edge to those beside and to those further in.
 fn bend(edge: [f32; N], inner: [f32; N], beside: &Beside, s: usize, plane: usize) -> f32 {
-    debug_assert_eq!(PLANE, N * N);
     let opposite = s ^ 1;
     let mut largest = 0.0_f32;
     match beside {

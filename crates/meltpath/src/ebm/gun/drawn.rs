@@ -114,9 +114,12 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
     let (unreached, first) = found.drawn.unreached;
     let short = found.drawn.short;
     let places: usize = found.vain.iter().map(|(d, _)| d.places).sum();
-    let told = |heat: Misplaced| (heat.share > MISPLACED).then_some(heat);
-    let [stray, off] = [found.drawn.stray, found.drawn.off].map(told);
-    let misplaced = stray.iter().chain(&off).map(|heat| heat.stretches);
+    let told = |heat: &Misplaced| {
+        let share = found.drawn.share(heat);
+        (share > MISPLACED).then_some((*heat, share))
+    };
+    let [stray, off] = [&found.drawn.stray, &found.drawn.off].map(told);
+    let misplaced = stray.iter().chain(&off).map(|(heat, _)| heat.stretches);
     let places = places + unreached + short.lines + misplaced.sum::<usize>();
     let value = Measure::exact(places as f64, "places");
     let mut check = Check::judge(ID, TITLE, value, Limit::AtMost(0.0));
@@ -150,20 +153,24 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
         check.place.get_or_insert(Place::at([x, y, 0.0]));
         remedies.push("slower lines, or lines that are joined at their ends (hatch.strategy)");
     }
-    if let Some((heat, [x, y])) = stray.and_then(|heat| Some((heat, heat.first?))) {
+    if let Some((heat, share, [x, y])) =
+        stray.and_then(|(heat, share)| Some((heat, share, heat.first?)))
+    {
         check = check.because(&format!(
             "{:.1} % of the heat that lines ask for is drawn besides, in jumps and pauses, {:.3} ms of them: the beam is on there; first from x {x:.2}, y {y:.2} mm",
-            100.0 * heat.share,
+            100.0 * share,
             1e3 * heat.time
         ));
         check.place.get_or_insert(Place::at([x, y, 0.0]));
         remedies.push("a gun that blanks its beam between lines (current.between), lines that are joined at their ends (hatch.strategy), or jumps outside the part");
     }
-    if let Some((heat, [x, y])) = off.and_then(|heat| Some((heat, heat.first?))) {
+    if let Some((heat, share, [x, y])) =
+        off.and_then(|(heat, share)| Some((heat, share, heat.first?)))
+    {
         check = check.because(&format!(
             "the current is more than 5 % off what lines ask for during {:.3} ms of them, by {:.1} % of their heat; first from x {x:.2}, y {y:.2} mm",
             1e3 * heat.time,
-            100.0 * heat.share
+            100.0 * share
         ));
         check.place.get_or_insert(Place::at([x, y, 0.0]));
         remedies.push("lines that begin before the part, so that the current is there in time, or currents that change less");
@@ -195,16 +202,16 @@ pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
         (
             "gun-stray",
             "heat drawn in jumps and pauses, of what lines ask for",
-            drawn.stray,
+            &drawn.stray,
         ),
         (
             "gun-off",
             "heat that lines lack or have too much, of what they ask for",
-            drawn.off,
+            &drawn.off,
         ),
     ] {
         if heat.stretches > 0 {
-            let value = Measure::exact(100.0 * heat.share, "%");
+            let value = Measure::exact(100.0 * drawn.share(heat), "%");
             let told = format!(
                 "last layer, {:.3} ms in {} stretches",
                 1e3 * heat.time,

@@ -74,24 +74,27 @@ pub(in crate::waam) fn own_plan(
         let Ok((_, planned)) = read else {
             continue;
         };
-        match begins(&plan, &planned, commands, settings.feed_factor()) {
-            Ok(first) => {
-                let title = "chosen by the plan that the program was written from";
-                let chosen = words.map(|words| Fact::words("chosen", title, &words));
-                let divided = division::fact(&planned.divided);
-                let rest = first.and_then(|first| rest(&planned, first));
-                return Ok(Some(Own {
-                    settings,
-                    plan,
-                    told: chosen.into_iter().chain(divided).chain(rest).collect(),
-                    before: first.map(|first| until(planned, first)),
-                }));
+        let first = match begins(&plan, &planned, commands, settings.feed_factor()) {
+            Begins::Whole => None,
+            Begins::Rest(first) => Some(first),
+            Begins::Otherwise(difference) => {
+                nearest = [nearest, difference]
+                    .into_iter()
+                    .flatten()
+                    .reduce(Difference::farther);
+                continue;
             }
-            Err(Some(difference)) if nearest.as_ref().is_none_or(|n| difference.same > n.same) => {
-                nearest = Some(difference);
-            }
-            Err(_) => {}
-        }
+        };
+        let title = "chosen by the plan that the program was written from";
+        let chosen = words.map(|words| Fact::words("chosen", title, &words));
+        let divided = division::fact(&planned.divided);
+        let rest = first.and_then(|first| rest(&planned, first));
+        return Ok(Some(Own {
+            settings,
+            plan,
+            told: chosen.into_iter().chain(divided).chain(rest).collect(),
+            before: first.map(|first| until(planned, first)),
+        }));
     }
     // one that has no bead of a plan is of other software
     if let Some(difference) = nearest.filter(|d| d.same > 0 || d.setting) {
@@ -113,41 +116,49 @@ fn may_be(plan: &Plan, commands: &Commands) -> bool {
         || beads(&plan.toolpath).any(|p| near(p.points.first(), first.from))
 }
 
-/// The command of a plan with which a program begins that goes along it to its end, nothing where that is its first bead's; else what is first
-/// otherwise, where it lays beads.
-fn begins(
-    plan: &Plan,
-    planned: &Commands,
-    said: &Commands,
-    factor: f64,
-) -> Result<Option<u32>, Option<Difference>> {
+/// How a program goes along a plan.
+enum Begins {
+    /// As the plan does, to its end.
+    Whole,
+    /// From this command of the plan on, to its end.
+    Rest(u32),
+    /// Otherwise; with what is first so, where it lays beads.
+    Otherwise(Option<Difference>),
+}
+
+/// How a program goes along a plan; `factor`: wire fed per programmed wire.
+fn begins(plan: &Plan, planned: &Commands, said: &Commands, factor: f64) -> Begins {
     let of_plan: Vec<Welded<'_>> = welded(planned).collect();
     let of_program: Vec<Welded<'_>> = welded(said).collect();
     let id = |at: usize| of_plan.get(at).map(|w| w.command.id);
     // a bead begins where the command before lays nothing
     let is_first = |at: &usize| *at == 0 || id(at - 1).map(|id| id + 1) != id(*at);
     let firsts: Vec<usize> = (0..of_plan.len()).filter(is_first).collect();
-    let told = |at: usize| if at == 0 { None } else { id(at) };
-    let Some(first) = of_program.first() else {
-        let bead = begins_at(&plan.toolpath, said).ok_or(None)?;
-        return firsts.get(bead).map(|at| told(*at)).ok_or(None);
+    let from = |at: usize| match id(at).filter(|_| at > 0) {
+        Some(id) => Begins::Rest(id),
+        None => Begins::Whole,
     };
-    let mut nearest: Option<Difference> = None;
+    let Some(first) = of_program.first() else {
+        let bead = begins_at(&plan.toolpath, said);
+        let at = bead.and_then(|bead| firsts.get(bead));
+        return at.map_or(Begins::Otherwise(None), |at| from(*at));
+    };
     let there = |at: &&usize| of_plan[**at].from.distance(first.from) <= SAME_PLACE;
     let mut at: Vec<usize> = firsts.iter().filter(there).copied().collect();
     if at.is_empty() {
         at.push(0);
     }
+    let mut nearest: Option<Difference> = None;
     for at in at {
-        match first_difference(&of_plan[at..], &of_program, factor) {
-            None => return Ok(told(at)),
-            Some(other) if nearest.as_ref().is_none_or(|n| other.same > n.same) => {
-                nearest = Some(other);
-            }
-            Some(_) => {}
-        }
+        let Some(other) = first_difference(&of_plan[at..], &of_program, factor) else {
+            return from(at);
+        };
+        nearest = Some(match nearest {
+            Some(nearest) => nearest.farther(other),
+            None => other,
+        });
     }
-    Err(nearest)
+    Begins::Otherwise(nearest)
 }
 
 /// The same commands, with the arc off from one on.
@@ -206,6 +217,11 @@ struct Difference {
 }
 
 impl Difference {
+    /// The one that comes later, of two alike this one.
+    fn farther(self, other: Difference) -> Difference {
+        if other.same > self.same { other } else { self }
+    }
+
     fn tell(&self, commands: &Commands, reporter: &Reporter) {
         let of = |id: u32| commands.commands.get(id as usize);
         let place = self.command.and_then(|id| {
