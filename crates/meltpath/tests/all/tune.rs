@@ -363,12 +363,18 @@ fn a_distance_is_no_pass_where_sampled_motors_are_lost() {
         ("coulomb", "9e-5 N·m"),
         ("bias", "1.5e-5 N·m"),
     ] {
-        motor += &format!("{name} = {{ value = \"{value}\", source = \"own\" }}\n");
+        writeln!(
+            motor,
+            "{name} = {{ value = \"{value}\", source = \"own\" }}"
+        )
+        .unwrap();
     }
     for (frequency, damping, gain) in [(2900, 0.002, 0.4), (4100, 0.003, 0.3), (8300, 0.004, 0.2)] {
-        motor += &format!(
-            "[[mode]]\nfrequency = {{ value = \"{frequency} Hz\", source = \"own\" }}\ndamping = {{ value = {damping}, source = \"own\" }}\ngain_ratio = {{ value = {gain}, source = \"own\" }}\n"
-        );
+        writeln!(
+            motor,
+            "[[mode]]\nfrequency = {{ value = \"{frequency} Hz\", source = \"own\" }}\ndamping = {{ value = {damping}, source = \"own\" }}\ngain_ratio = {{ value = {gain}, source = \"own\" }}"
+        )
+        .unwrap();
     }
     fs::write(place.path().join("own.toml"), motor).unwrap();
     // refined gains keep their distance from the critical point here, and written ones do not
