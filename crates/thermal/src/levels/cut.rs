@@ -112,18 +112,14 @@ impl Levels {
                         warm,
                     });
                 }
-                let level = &self.levels[n];
-                let (tile, shown) = (&level.tiles[i], &level.shown[i]);
+                let tile = &self.levels[n].tiles[i];
                 let (at, high) = (tile.at, tile.bend_high);
-                let bend = if shown.asleep {
-                    tile.bend
-                } else {
-                    tile.bend.max(self.bend_at_rim(n, i))
-                };
                 let ease = if tile.rising { EASE_RISING } else { EASE };
                 let may = (ease * most).min((OF_RISE * tile.highest).max(floor));
                 // one level at a time: what is smooth here may bend on the next coarser one
-                if bend > may || tile.warmth > molten {
+                if n > 0
+                    && (tile.bend > may || tile.warmth > molten || self.bends_at_rim(n, i, may))
+                {
                     tree.want(n, at);
                 } else if n > 0 {
                     tree.want(n - 1, at.map(|t| t / 2));

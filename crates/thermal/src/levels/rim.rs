@@ -16,25 +16,25 @@ enum Beside<'a> {
 }
 
 impl Levels {
-    /// The largest bend of `θ` across the edges of a tile, W/mm.
-    pub(super) fn bend_at_rim(&self, n: usize, i: usize) -> f32 {
+    /// Whether `θ` bends by more than `may` W/mm across an edge of a tile that is awake.
+    pub(super) fn bends_at_rim(&self, n: usize, i: usize, may: f32) -> bool {
         let level = &self.levels[n];
         let (tile, own) = (&level.tiles[i], &level.shown[i]);
-        let mut largest = 0.0_f32;
-        for (s, way) in SIDES.iter().enumerate() {
-            let Some(there) = self.tree.beside(n, tile.at, *way) else {
-                continue;
-            };
-            for plane in tile.planes() {
-                let theta = own.theta(plane);
-                let [edge, inner] = [0, 1].map(|deep| row(theta, s, deep));
-                let Some(beside) = self.beside(n, (tile.at, there), s, plane) else {
-                    continue;
-                };
-                largest = largest.max(bend(edge, inner, &beside, s, plane));
-            }
+        if own.asleep {
+            return false;
         }
-        largest
+        SIDES.iter().enumerate().any(|(s, way)| {
+            let Some(there) = self.tree.beside(n, tile.at, *way) else {
+                return false;
+            };
+            tile.planes().any(|plane| {
+                let theta = own.theta(plane);
+                let Some(beside) = self.beside(n, (tile.at, there), s, plane) else {
+                    return false;
+                };
+                bend(row(theta, s, 0), row(theta, s, 1), &beside, s, plane) > may
+            })
+        })
     }
 
     /// What lies beside a plane of the tile at `at`, on side `s`.
@@ -72,48 +72,64 @@ impl Levels {
 }
 
 /// The cells of a plane along side `s`, `deep` rows or columns from it.
+#[inline(always)]
 fn row(theta: &[f32], s: usize, deep: usize) -> [f32; N] {
-    std::array::from_fn(|c| {
-        let (i, j) = match s {
-            0 => (deep, c),
-            1 => (N - 1 - deep, c),
-            2 => (c, deep),
-            _ => (c, N - 1 - deep),
-        };
-        theta[j * N + i]
-    })
+    let (first, next) = match s {
+        0 => (deep, N),
+        1 => (N - 1 - deep, N),
+        2 => (deep * N, 1),
+        _ => ((N - 1 - deep) * N, 1),
+    };
+    let mut cells = [0.0; N];
+    for (cell, theta) in cells.iter_mut().zip(theta[first..].iter().step_by(next)) {
+        *cell = *theta;
+    }
+    cells
+}
+
+/// Means of two cells each.
+#[inline(always)]
+fn halved(row: &[f32; N]) -> [f32; N / 2] {
+    let mut means = [0.0; N / 2];
+    for (mean, two) in means.iter_mut().zip(row.as_chunks::<2>().0) {
+        *mean = 0.5 * (two[0] + two[1]);
+    }
+    means
 }
 
 /// Largest bend across side `s`: from the cells along the edge to those beside and to those further in.
+#[inline(always)]
 fn bend(edge: [f32; N], inner: [f32; N], beside: &Beside, s: usize, plane: usize) -> f32 {
     let opposite = s ^ 1;
     let mut largest = 0.0_f32;
+    let mut found = |bend: f32| {
+        let bend = bend.abs();
+        largest = if bend > largest { bend } else { largest };
+    };
     match beside {
         Beside::Same(shown) => {
             let other = row(shown.theta(plane), opposite, 0);
             for c in 0..N {
-                largest = largest.max((other[c] - edge[c] + (inner[c] - edge[c])).abs());
+                found(other[c] - edge[c] + (inner[c] - edge[c]));
             }
         }
         Beside::Coarser(shown, half) => {
             // the middle of a cell twice as large lies half as far again, beside the middle of two
             let other = row(shown.theta(plane), opposite, 0);
+            let (edge, inner) = (halved(&edge), halved(&inner));
             for c in 0..N / 2 {
-                let [edge, inner] = [edge, inner].map(|r| 0.5 * (r[2 * c] + r[2 * c + 1]));
                 let other = other[half * (N / 2) + c];
-                let bend = 0.8 * ((other - edge) / 1.5 + (inner - edge));
-                largest = largest.max(bend.abs());
+                found(0.8 * ((other - edge[c]) / 1.5 + (inner[c] - edge[c])));
             }
         }
         Beside::Finer(both) => {
             for (half, shown) in both.iter().enumerate() {
-                let near = row(shown.theta(plane), opposite, 0);
-                let far = row(shown.theta(plane), opposite, 1);
+                let near = halved(&row(shown.theta(plane), opposite, 0));
+                let far = halved(&row(shown.theta(plane), opposite, 1));
                 for c in 0..N / 2 {
-                    let four = [near[2 * c], near[2 * c + 1], far[2 * c], far[2 * c + 1]];
-                    let other = 0.25 * four.iter().sum::<f32>();
+                    let other = 0.5 * (near[c] + far[c]);
                     let n = half * (N / 2) + c;
-                    largest = largest.max((other - edge[n] + (inner[n] - edge[n])).abs());
+                    found(other - edge[n] + (inner[n] - edge[n]));
                 }
             }
         }
