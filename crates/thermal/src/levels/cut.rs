@@ -98,6 +98,7 @@ impl Levels {
         let floor = (LEAST * conductivity) as f32;
         let molten = self.curve.at_solidus as f32;
         let warm = RISING * molten;
+        let mut smooth = Vec::new();
         for n in 0..self.levels.len() {
             let finest = n == self.setup.coarser;
             let split = self.split(n);
@@ -116,13 +117,12 @@ impl Levels {
                 let (at, high) = (tile.at, tile.bend_high);
                 let ease = if tile.rising { EASE_RISING } else { EASE };
                 let may = (ease * most).min((OF_RISE * tile.highest).max(floor));
-                // one level at a time: what is smooth here may bend on the next coarser one
-                if n > 0
-                    && (tile.bend > may || tile.warmth > molten || self.bends_at_rim(n, i, may))
-                {
+                if tile.bend > may || tile.warmth > molten {
                     tree.want(n, at);
                 } else if n > 0 {
+                    // one level at a time: what is smooth here may bend on the next coarser one
                     tree.want(n - 1, at.map(|t| t / 2));
+                    smooth.push((n, i, may));
                 }
                 if high > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
                     tree.want(n + 1, at.map(|t| 2 * t));
@@ -131,6 +131,14 @@ impl Levels {
         }
         for spot in spots {
             self.want_near(&mut tree, spot);
+        }
+        tree.settle();
+        // most smooth tiles stay for those beside
+        for (n, i, may) in smooth {
+            let at = self.levels[n].tiles[i].at;
+            if !tree.is_there(n, at) && self.bends_at_rim(n, i, may) {
+                tree.want(n, at);
+            }
         }
         tree.settle();
         if tree != self.tree {
@@ -360,14 +368,27 @@ impl Levels {
             })
             .collect();
         let origin = self.matter.frame.origin;
+        // most tiles lie beside all of them
+        let mut around = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        for (centre, reach, _) in &rings {
+            for (a, at) in centre.iter().enumerate() {
+                around[0][a] = around[0][a].min(at - reach);
+                around[1][a] = around[1][a].max(at + reach);
+            }
+        }
         for level in &mut self.levels {
             let edge = level.edge * N as f64;
             for (tile, shown) in level.tiles.iter().zip(&mut level.shown) {
+                let from = [0, 1].map(|a| origin[a] + tile.at[a] as f64 * edge);
+                let overlaps = |a: usize| from[a] <= around[1][a] && from[a] + edge >= around[0][a];
+                let rings: &[_] = if overlaps(0) && overlaps(1) {
+                    &rings
+                } else {
+                    &[]
+                };
                 let near = |place: [f64; 2], reach: f64| {
-                    let beyond = [0, 1].map(|a| {
-                        let from = origin[a] + tile.at[a] as f64 * edge;
-                        (from - place[a]).max(place[a] - from - edge).max(0.0)
-                    });
+                    let beyond = [0, 1]
+                        .map(|a| (from[a] - place[a]).max(place[a] - from[a] - edge).max(0.0));
                     beyond[0] * beyond[0] + beyond[1] * beyond[1] <= reach * reach
                 };
                 let told = self
