@@ -5,11 +5,14 @@ use std::fmt;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::distance::Segment;
+use super::distance::{Segment, between};
 use crate::cell::{Arrangement, Cell, Shapes, Values};
 
-/// Rods around a contact tube that stand for its nozzle.
+/// Rods that stand for something round with flat ends.
 const RODS: u32 = 12;
+
+/// The link that ends at the flange.
+const LAST: u8 = 6;
 
 /// Something that may touch something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,6 +52,22 @@ pub(super) struct Capsule {
     pub(super) radius: f64,
 }
 
+impl Capsule {
+    /// The distance of another, mm.
+    pub(super) fn apart(&self, other: &Capsule) -> f64 {
+        between(&self.in_base, &other.in_base) - self.radius - other.radius
+    }
+}
+
+/// The number of the last link that is longer than it is thick before the wrist: its roundness ends there.
+pub(super) fn forearm(cell: &Cell, shapes: &Shapes) -> u8 {
+    let length = |joint: usize| {
+        let joint = cell.arm.chain.joints.get(joint);
+        joint.map_or(0.0, |j| j.parent_from_joint.position.length())
+    };
+    if length(4) > shapes.links[3] { 4 } else { 3 }
+}
+
 /// The capsules of torch and arm, in an order that does not depend on the joints.
 pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Capsule> {
     let frames = cell.frames(values);
@@ -72,10 +91,7 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     };
     let [length, radius] = shapes.nozzle;
     let torch = base_from_world.then(frames.torch);
-    let rod = rod_radius(radius);
-    for i in 0..RODS {
-        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(RODS)).sin_cos();
-        let aside = DVec3::new(c, s, 0.0) * (radius - rod);
+    for (aside, rod) in ring(radius) {
         let ends = [-rod, -length].map(|z| aside + z * DVec3::Z);
         add(Body::Nozzle, torch, ends, rod);
     }
@@ -93,16 +109,43 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     let of_joints = cell.arm.chain.frames(&values.arm);
     let ends = joints.iter().skip(1).map(|j| j.parent_from_joint.position);
     let ends = ends.chain([cell.arm.chain.last_from_end.position]);
+    let forearm = forearm(cell, shapes);
     for ((number, (frame, end)), radius) in (1..).zip(of_joints.iter().zip(ends)).zip(shapes.links)
     {
-        add(
-            Body::Link(number),
-            *frame,
-            [DVec3::ZERO, ended(number, end, radius)],
-            radius,
-        );
+        let body = Body::Link(number);
+        if number == LAST && cell.arrangement == Arrangement::PartOnRobot {
+            let flange = frame.then(cell.arm.chain.last_from_end);
+            let length = end.length();
+            let thin = radius.min(length);
+            add(
+                body,
+                *frame,
+                [DVec3::ZERO, end.clamp_length_max(length - thin)],
+                thin,
+            );
+            // its face is flat: the part begins there
+            for (aside, rod) in ring(radius) {
+                let ends = [-rod, -length.max(2.0 * rod)].map(|z| aside + z * DVec3::Z);
+                add(body, flange, ends, rod);
+            }
+            continue;
+        }
+        // a forearm is slim at the wrist, where the torch begins
+        let slim = if number == forearm { radius } else { 0.0 };
+        let line = [DVec3::ZERO, end - end.clamp_length_max(slim)];
+        add(body, *frame, line, radius);
     }
     capsules
+}
+
+/// Rods side by side around a line along z that stand for something round with flat ends: where each is, and its radius, mm.
+fn ring(radius: f64) -> impl Iterator<Item = (DVec3, f64)> {
+    let sine = (std::f64::consts::PI / f64::from(RODS)).sin();
+    let rod = radius * sine / (1.0 + sine);
+    (0..RODS).map(move |i| {
+        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(RODS)).sin_cos();
+        (DVec3::new(c, s, 0.0) * (radius - rod), rod)
+    })
 }
 
 /// A capsule around all rods of the nozzle.
@@ -124,35 +167,4 @@ pub(super) fn around_nozzle(capsules: &[Capsule]) -> Option<Capsule> {
         radius: first.line.a.distance(axis.a) + first.radius,
         ..first
     })
-}
-
-/// Where the line of a link ends. A forearm is slim at the wrist, where the torch begins: its roundness ends there.
-fn ended(number: u8, end: DVec3, radius: f64) -> DVec3 {
-    const FOREARM: u8 = 3;
-    if number == FOREARM {
-        end - end.clamp_length_max(radius)
-    } else {
-        end
-    }
-}
-
-/// The radius of rods that stand side by side within a nozzle's radius and touch each other.
-fn rod_radius(radius: f64) -> f64 {
-    let sine = (std::f64::consts::PI / f64::from(RODS)).sin();
-    radius * sine / (1.0 + sine)
-}
-
-/// Whether the arrangement lets two bodies come near each other at all: neighbours always touch.
-pub(super) fn may_touch(a: Body, b: Body, arrangement: Arrangement) -> bool {
-    let (a, b) = (a.min(b), a.max(b));
-    match (a, b) {
-        (Body::Nozzle | Body::Torch, Body::Link(n)) => n <= 3,
-        (Body::Link(a), Body::Link(b)) => a <= 2 && b >= 5,
-        (Body::Link(n), Body::Metal) => arrangement == Arrangement::TorchOnRobot || n <= 3,
-        (Body::Nozzle | Body::Torch, Body::Metal) => true,
-        // the arm stands beside its table by its first links
-        (Body::Link(n), Body::Table) => n >= 3 && arrangement == Arrangement::TorchOnRobot,
-        (_, Body::Table) => arrangement == Arrangement::TorchOnRobot,
-        _ => false,
-    }
 }

@@ -7,8 +7,7 @@ use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
 use super::Body;
-use super::bodies::{Capsule, around_nozzle, capsules, may_touch};
-use super::distance::between;
+use super::bodies::{Capsule, around_nozzle, capsules};
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, foot, table, to_table};
 use super::sweep::over_joint_moves;
@@ -252,7 +251,7 @@ fn room(
         metal.distance(&n.line, beyond, foot) >= beyond
     });
     for capsule in bodies {
-        let may = |other: Body| may_touch(capsule.body, other, cell.arrangement);
+        let may = |other: Body| around.pairs.may_touch(capsule.body, other);
         if may(Body::Metal) && !(spared && capsule.body == Body::Nozzle) {
             let most = least + capsule.radius;
             least = least.min(metal.distance(&capsule.line, most, foot) - capsule.radius);
@@ -262,8 +261,7 @@ fn room(
         }
         for other in bodies {
             if other.body > capsule.body && may(other.body) {
-                let distance = between(&capsule.line, &other.line);
-                least = least.min(distance - capsule.radius - other.radius);
+                least = least.min(capsule.apart(other));
             }
         }
     }

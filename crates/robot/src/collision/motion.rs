@@ -58,7 +58,8 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    pub(super) fn of(cell: &Cell, nozzle_radius: f64) -> Self {
+    /// Of bodies that reach so far beside the nozzle's axis and beside the flange's, mm.
+    pub(super) fn of(cell: &Cell, [nozzle_radius, flange_radius]: [f64; 2]) -> Self {
         let arm = &cell.arm.chain;
         let joints = arm.joints.iter().map(|j| j.parent_from_joint.position);
         let offsets = joints.chain([arm.last_from_end.position]);
@@ -73,7 +74,10 @@ impl Reach {
             between.iter().sum::<f64>() + more
         };
         let count = arm.joints.len();
-        let link = |n: usize| Levers((0..n).map(|j| (Axis::Arm(j), lever(j, n, 0.0))).collect());
+        let link = |n: usize| {
+            let aside = if n == count { flange_radius } else { 0.0 };
+            Levers((0..n).map(|j| (Axis::Arm(j), lever(j, n, aside))).collect())
+        };
         let held_at = Levers(
             (0..count)
                 .map(|j| (Axis::Arm(j), lever(j, count, held)))
@@ -110,7 +114,7 @@ impl Reach {
     /// How far the wire's tip may leave its chord in the part where every axis goes evenly from one place to another, mm, and how far the
     /// torch's turn may leave an even one, rad.
     pub(crate) fn tip(cell: &Cell, ends: [Values; 2]) -> [f64; 2] {
-        let reach = Reach::of(cell, cell.torch_from_wire_tip.position.length());
+        let reach = Reach::of(cell, [cell.torch_from_wire_tip.position.length(), 0.0]);
         let (levers, steps) = (&reach.torch_in_part, steps(ends));
         [levers.bend(&steps, 0.0), levers.turn_bend(&steps)]
     }

@@ -6,10 +6,11 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::bodies::{Body, Capsule, capsules, may_touch};
-use super::distance::{Bounds, between};
+use super::bodies::{Body, Capsule, capsules};
+use super::distance::Bounds;
 use super::metal::Metal;
 use super::motion::{BodiesGone, Gone, Reach};
+use super::pairs::Pairs;
 use super::rooms::Rooms;
 use super::surroundings::{Surroundings, foot, table, to_table};
 use crate::cell::{Cell, Shapes, Values};
@@ -61,6 +62,7 @@ struct At {
 struct Scene<'a> {
     cell: &'a Cell,
     shapes: &'a Shapes,
+    pairs: Pairs,
     reach: Reach,
     table: Option<(Pose, Bounds)>,
     /// How far down metal goes, mm.
@@ -80,7 +82,8 @@ pub(super) fn pass(
     let scene = Scene {
         cell: task.cell,
         shapes: around.shapes,
-        reach: Reach::of(task.cell, around.shapes.nozzle[1]),
+        pairs: around.pairs,
+        reach: Reach::of(task.cell, [around.shapes.nozzle[1], around.shapes.links[5]]),
         table: table(task.cell, around),
         foot: foot(task.cell, around),
     };
@@ -170,7 +173,7 @@ impl Scene<'_> {
             near.extend(open(&pair, a, &motion, look).then_some(pair));
         };
         for i in 0..b.len() {
-            let may = |other: Body| may_touch(b[i].body, other, self.cell.arrangement);
+            let may = |other: Body| self.pairs.may_touch(b[i].body, other);
             let gone = motion.in_part[i];
             if may(Body::Metal) {
                 let below = look.below([b[i].body, Body::Metal]);
@@ -194,7 +197,7 @@ impl Scene<'_> {
             }
             for j in 0..b.len() {
                 if b[j].body > b[i].body && may(b[j].body) {
-                    let distances = [apart(a, i, j), apart(b, i, j)];
+                    let distances = [a, b].map(|at| at[i].apart(&at[j]));
                     add(i, Other::Capsule(j), distances, look);
                 }
             }
@@ -249,15 +252,9 @@ impl Scene<'_> {
             (Other::Metal, _) => metal.distance(&one.line, f64::MAX, self.foot) - one.radius,
             (Other::Table, Some(table)) => to_table(table, one),
             (Other::Table, None) => f64::INFINITY,
-            (Other::Capsule(j), _) => apart(&at.capsules, pair.one, j),
+            (Other::Capsule(j), _) => one.apart(&at.capsules[j]),
         }
     }
-}
-
-/// The distance of two capsules, mm.
-fn apart(capsules: &[Capsule], i: usize, j: usize) -> f64 {
-    let (a, b) = (&capsules[i], &capsules[j]);
-    between(&a.in_base, &b.in_base) - a.radius - b.radius
 }
 
 /// Whether a pair must be looked at more finely on a stretch; else what is of interest was told.

@@ -6,6 +6,7 @@ use meltpath_geometry::math::DVec3;
 use super::bodies::Capsule;
 use super::distance::{Bounds, Segment};
 use super::metal::Metal;
+use super::pairs::Pairs;
 use crate::cell::{Arrangement, Cell, Shapes};
 
 /// What stands around a program while it is executed.
@@ -17,6 +18,25 @@ pub struct Surroundings<'a> {
     pub metal: &'a (dyn Fn(u32) -> &'a Metal + Sync),
     /// Thickness of the plate between part and table, mm; zero where there is none.
     pub plate: f64,
+    /// Which bodies are looked at against which.
+    pub pairs: Pairs,
+}
+
+impl<'a> Surroundings<'a> {
+    /// What stands around a cell's torch and arm.
+    pub fn new(
+        cell: &Cell,
+        shapes: &'a Shapes,
+        metal: &'a (dyn Fn(u32) -> &'a Metal + Sync),
+        plate: f64,
+    ) -> Self {
+        Surroundings {
+            shapes,
+            metal,
+            plate,
+            pairs: Pairs::new(cell, shapes),
+        }
+    }
 }
 
 /// How far down columns of metal go, mm: to the underside of the plate, under which the table or the arm begins. A table that is not known

@@ -82,11 +82,8 @@ impl Job {
     }
 
     fn around<'a>(&'a self, metal: &'a (dyn Fn(u32) -> &'a Metal + Sync)) -> Surroundings<'a> {
-        Surroundings {
-            shapes: self.cell.shapes.as_ref().unwrap(),
-            metal,
-            plate: 20.0,
-        }
+        let shapes = self.cell.shapes.as_ref().unwrap();
+        Surroundings::new(&self.cell, shapes, metal, 20.0)
     }
 }
 

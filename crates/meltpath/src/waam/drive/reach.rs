@@ -156,11 +156,7 @@ fn swept(
     let shapes = task.cell.shapes.as_ref()?;
     metal.first()?;
     let at = |command| metal_at(moves, metal, command);
-    let around = Surroundings {
-        shapes,
-        metal: &at,
-        plate: settings.plate_thickness,
-    };
+    let around = Surroundings::new(task.cell, shapes, &at, settings.plate_thickness);
     Some(sweep(task, held, &around, settings.limits.clearance))
 }
 

@@ -141,11 +141,8 @@ fn among<T>(
     let metal = expected(moves, site);
     metal.first()?;
     let at = |command| metal_at(moves, &metal, command);
-    Some(find(&Surroundings {
-        shapes: cell.shapes.as_ref()?,
-        metal: &at,
-        plate: site.settings.plate_thickness,
-    }))
+    let (shapes, plate) = (cell.shapes.as_ref()?, site.settings.plate_thickness);
+    Some(find(&Surroundings::new(cell, shapes, &at, plate)))
 }
 
 /// The way along programs with joint moves for some travels, whose ends are lifted until they keep clear, and how much more room they leave
