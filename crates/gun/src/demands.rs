@@ -5,8 +5,8 @@ use std::fmt;
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::MotionBlock;
 
-use crate::follow::{Stretch, stretches};
 use crate::machine::{Between, Change, Machine, Points};
+use crate::stretch::{Stretch, stretches};
 
 /// Relative difference from which two powers or speeds are two.
 const DIFFERENT: f64 = 2e-3;

@@ -8,6 +8,8 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_toolpath::{MotionBlock, Times};
 
 use crate::machine::{Between, Machine};
+use crate::short::{Short, short};
+use crate::stretch::{Stretch, stretches};
 
 /// Greatest distance between the curve that is drawn and the straight pieces in its place, mm.
 const TOLERANCE: f64 = 1e-3;
@@ -15,65 +17,6 @@ const TOLERANCE: f64 = 1e-3;
 const REACHED: f64 = 0.05;
 /// Lags after which the place of the beam says nothing any more of where it was asked to be.
 const MEMORY: f64 = 12.0;
-
-/// One straight stretch of a command.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
-    /// When it begins, s.
-    pub time: f64,
-    /// How long it takes, s; 0 for a jump at once.
-    pub takes: f64,
-    /// Where it begins, mm.
-    pub from: DVec2,
-    /// Where it ends, mm.
-    pub to: DVec2,
-    /// Power, W.
-    pub power: f64,
-    /// Spot, mm.
-    pub spot: f64,
-}
-
-impl Stretch {
-    /// Whether the beam heats on it.
-    pub fn is_lit(&self) -> bool {
-        self.power > 0.0 && self.takes > 0.0
-    }
-
-    fn end(&self) -> f64 {
-        self.time + self.takes
-    }
-
-    fn velocity(&self) -> DVec2 {
-        (self.to - self.from) / self.takes
-    }
-
-    /// Nearest distance to the line, mm.
-    fn distance(&self, at: DVec2) -> f64 {
-        let along = self.to - self.from;
-        let share = (at - self.from).dot(along) / along.length_squared();
-        let share = if share.is_finite() {
-            share.clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        at.distance(self.from + share * along)
-    }
-}
-
-/// The stretches of a motion.
-pub fn stretches(motion: &MotionBlock) -> Vec<Stretch> {
-    let column = |values: &[f64], n: usize| values.get(n).copied().unwrap_or_default();
-    (1..motion.len())
-        .map(|n| Stretch {
-            time: motion.time(n - 1),
-            takes: motion.time(n) - motion.time(n - 1),
-            from: motion.position[n - 1].truncate(),
-            to: motion.position[n].truncate(),
-            power: column(&motion.power, n),
-            spot: column(&motion.spot, n),
-        })
-        .collect()
-}
 
 /// What a gun drew of a path.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,8 +28,7 @@ pub struct Followed {
     pub beside: (f64, [f64; 2]),
     /// Greatest distance of the lit beam from where it was asked to be at that time, mm.
     pub behind: f64,
-    /// Lit lines at whose end the beam is farther from it than half the spot: so many, the farthest, mm, and the first of them. What lies
-    /// between is not drawn.
+    /// Ends and corners of lit lines that the beam does not come to.
     pub short: Short,
     /// Stretches at whose end the current is still far from what is asked, below or above, and where the first of them ends.
     pub unreached: (usize, Option<[f64; 2]>),
@@ -130,17 +72,6 @@ impl Followed {
     }
 }
 
-/// Lines that are not drawn to their ends.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Short {
-    /// So many.
-    pub lines: usize,
-    /// The longest way from the beam to the end of one, mm.
-    pub farthest: f64,
-    /// The end of the first one, mm.
-    pub first: Option<[f64; 2]>,
-}
-
 /// What `machine` at `voltage` V makes of a motion. What it does not tell is taken as perfect.
 ///
 /// ```
@@ -165,14 +96,15 @@ pub fn follow(motion: &MotionBlock, machine: &Machine, voltage: f64) -> Followed
     for n in 0..asked.len() {
         pen.draw(&asked, n);
     }
+    let drawn = MotionBlock {
+        times: Times::Each(pen.times),
+        ..pen.motion
+    };
     Followed {
-        motion: MotionBlock {
-            times: Times::Each(pen.times),
-            ..pen.motion
-        },
+        short: short(&asked, &drawn, machine.lag.unwrap_or(0.0)),
+        motion: drawn,
         beside: pen.beside,
         behind: pen.behind,
-        short: pen.short,
         unreached: pen.unreached,
         waited,
         asked: pen.asked,
@@ -319,7 +251,6 @@ struct Pen<'a> {
     power: f64,
     /// The first of the stretches that the place of the beam still remembers.
     since: usize,
-    short: Short,
     beside: (f64, [f64; 2]),
     behind: f64,
     unreached: (usize, Option<[f64; 2]>),
@@ -353,7 +284,6 @@ impl<'a> Pen<'a> {
             at: [start.truncate(), DVec2::ZERO],
             power: first.filter(|_| ready).map_or(0.0, |s| s.power),
             since: 0,
-            short: Short::default(),
             beside: (0.0, [0.0; 2]),
             behind: 0.0,
             unreached: (0, None),
@@ -431,15 +361,6 @@ impl<'a> Pen<'a> {
             }
             if stretch.is_lit() {
                 self.look(asked, n, done, before);
-            }
-        }
-        let joined = asked.get(n + 1).is_some_and(Stretch::is_lit);
-        if stretch.is_lit() && !joined {
-            let way = self.at[0].distance(stretch.to);
-            if way > 0.5 * stretch.spot {
-                self.short.lines += 1;
-                self.short.farthest = self.short.farthest.max(way);
-                self.short.first.get_or_insert(stretch.to.to_array());
             }
         }
         let goes_on = asked

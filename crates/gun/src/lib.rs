@@ -9,6 +9,8 @@ pub mod focus_walls;
 pub mod follow;
 pub mod machine;
 pub mod record;
+pub mod short;
+pub mod stretch;
 pub mod supply;
 
 pub use machine::Machine;

@@ -2,7 +2,8 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_gun::Machine;
-use meltpath_gun::follow::{follow, stretches};
+use meltpath_gun::follow::follow;
+use meltpath_gun::stretch::stretches;
 use meltpath_toolpath::MotionBlock;
 use proptest::prelude::*;
 
@@ -315,4 +316,87 @@ fn what_follows_a_jump_comes_later_by_what_it_waits() {
         .rposition(|p| p.y == 1.0 && p.x == 0.0)
         .unwrap();
     assert!((times[begin] - 1.2e-3).abs() < 1e-12, "{times:?}");
+}
+
+/// `count` lines of 2.9 mm, 0.1 mm apart, one way and back at `speed` mm/s, the last at 500; joined with `between` W.
+fn zigzag(count: u32, speed: f64, between: f64) -> MotionBlock {
+    let ends = [0.05, 2.95];
+    let (mut time, mut points) = (0.0, vec![[0.0, ends[0], 0.0, 0.0]]);
+    for n in 0..count {
+        let y = 0.1 * f64::from(n);
+        let side = (n + 1) as usize % 2;
+        time += 2.9 / if n + 1 == count { 500.0 } else { speed };
+        points.push([time, ends[side], y, 300.0]);
+        if n + 1 < count {
+            time += 0.1 / speed;
+            points.push([time, ends[side], y + 0.1, between]);
+        }
+    }
+    motion(&points)
+}
+
+fn lagging() -> Machine {
+    gun("[deflection]\nlag = { value = \"20 µs\", source = \"log\" }")
+}
+
+/// At 30 m/s the beam is 0.6 mm behind: it turns 0.27 mm before each corner, more than half its spot of 0.4 mm. The corner before the
+/// slow line is drawn by that one's beginning.
+#[test]
+fn corners_that_the_beam_does_not_come_to_are_lines_cut_short() {
+    let drawn = follow(&zigzag(20, 30e3, 300.0), &lagging(), 60e3);
+    assert_eq!(drawn.short.lines, 18, "{:?}", drawn.short);
+    let turned = drawn.motion.position.iter().map(|p| p.x);
+    let turned = turned.fold(0.0, f64::max);
+    // the last line goes to its end
+    let fast = drawn.motion.position.iter().filter(|p| p.y < 1.7);
+    let turned = turned.min(fast.map(|p| p.x).fold(0.0, f64::max));
+    assert!((turned - 2.682).abs() < 2e-3, "{turned}");
+    assert!(
+        (drawn.short.farthest - 0.27).abs() < 0.01,
+        "{:?}",
+        drawn.short
+    );
+    assert_eq!(
+        (drawn.short.first, drawn.short.spot),
+        (Some([2.95, 0.0]), 0.4)
+    );
+    // 8 m/s: 0.16 mm behind
+    let slow = follow(&zigzag(20, 8e3, 300.0), &lagging(), 60e3);
+    assert_eq!(slow.short.lines, 0, "{:?}", slow.short);
+    // with the beam off at the ends it is all but the last
+    let parted = follow(&zigzag(20, 30e3, 0.0), &lagging(), 60e3);
+    assert_eq!(parted.short.lines, 19, "{:?}", parted.short);
+}
+
+/// A circle of chords is no row of corners: the beam comes to each of them, a little inside. A line that is cut where it goes straight
+/// on has no corner at all, and one that goes back on itself has.
+#[test]
+fn only_corners_that_are_left_out_count() {
+    let circle = |radius: f64, speed: f64| {
+        let at = |n: u32| {
+            let turn = std::f64::consts::TAU * f64::from(n) / 90.0;
+            let time = radius * turn / speed;
+            [time, radius * turn.cos(), radius * turn.sin(), 300.0]
+        };
+        let mut points: Vec<[f64; 4]> = (0..=90).map(at).collect();
+        // goes on until the beam has come to the end
+        points.push([points[90][0] + 1e-3, radius, 0.0, 300.0]);
+        follow(&motion(&points), &lagging(), 60e3).short
+    };
+    assert_eq!(circle(5.0, 30e3).lines, 0);
+    // one that is drawn 0.29 mm inside is one place, not ninety
+    assert_eq!(circle(0.8, 60e3).lines, 1);
+    let line = |ends: [f64; 3]| {
+        let [a, b, c] = ends;
+        let speed = 30e3;
+        let first = (b - a).abs() / speed;
+        let points = [
+            [0.0, a, 0.0, 0.0],
+            [first, b, 0.0, 300.0],
+            [first + (c - b).abs() / speed, c, 0.0, 300.0],
+            [1.0, c, 0.0, 300.0],
+        ];
+        follow(&motion(&points), &lagging(), 60e3).short.lines
+    };
+    assert_eq!([line([0.0, 3.0, 6.0]), line([0.0, 3.0, 0.0])], [0, 1]);
 }

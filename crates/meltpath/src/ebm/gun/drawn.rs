@@ -23,8 +23,8 @@ pub struct AtGun {
     pub vain: Vec<(Demand, u32)>,
     /// What nobody knows of it though the paths lean on it.
     pub unknown: Vec<&'static str>,
-    /// Whether it is known how the deflection follows.
-    pub lags: bool,
+    /// How far the deflection is behind, s, where that is known.
+    pub lag: Option<f64>,
     /// The last layer as it is drawn.
     pub drawn: Followed,
 }
@@ -50,7 +50,7 @@ pub(in crate::ebm) fn examined(plan: &Plan, last: &BeamPath) -> Option<AtGun> {
         name: machine.name.clone(),
         vain,
         unknown,
-        lags: machine.lag.is_some(),
+        lag: machine.lag,
         drawn: follow(&last.motion(), machine, plan.gun.voltage),
     })
 }
@@ -87,7 +87,7 @@ pub(in crate::ebm) fn plan_as_drawn(plan: &Plan) -> Result<Plan, EbmError> {
     })
 }
 
-/// What the gun would be asked for in vain, one line each, before anything runs.
+/// What the gun would be asked for in vain, or would not draw, one line each, before anything runs.
 pub(in crate::ebm) fn foretold(plan: &Plan) -> Vec<String> {
     let Some(found) = examined(plan, &plan.path) else {
         return Vec::new();
@@ -99,10 +99,90 @@ pub(in crate::ebm) fn foretold(plan: &Plan) -> Vec<String> {
             format!("gun: {demand}, layer {layer}; {remedy}")
         })
         .collect();
+    let lost = losses(&found).into_iter();
+    lines.extend(lost.map(|l| format!("gun: {}; {}", l.why, l.remedy)));
     if !found.unknown.is_empty() {
         lines.push(format!("gun: nobody knows {}", found.unknown.join(", ")));
     }
     lines
+}
+
+/// What the gun makes otherwise than the last layer's path asks for, beyond what may be.
+struct Loss {
+    places: usize,
+    why: String,
+    first: [f64; 2],
+    remedy: String,
+}
+
+fn losses(found: &AtGun) -> Vec<Loss> {
+    let mut all = Vec::new();
+    let (unreached, first) = found.drawn.unreached;
+    if let Some(first @ [x, y]) = first {
+        all.push(Loss {
+            places: unreached,
+            why: format!(
+                "the current is more than 5 % off its set value where {unreached} stretches of the last layer end, first at x {x:.2}, y {y:.2} mm"
+            ),
+            first,
+            remedy: "longer pieces of one current, or a change that is smaller".to_owned(),
+        });
+    }
+    all.extend(cut_short(found));
+    let told = |heat: &Misplaced| {
+        let share = found.drawn.share(heat);
+        (share > MISPLACED).then_some((*heat, 100.0 * share, heat.first?))
+    };
+    if let Some((heat, share, first @ [x, y])) = told(&found.drawn.stray) {
+        all.push(Loss {
+            places: heat.stretches,
+            why: format!(
+                "{share:.1} % of the heat that lines ask for is drawn besides, in jumps and pauses, {:.3} ms of them: the beam is on there; first from x {x:.2}, y {y:.2} mm",
+                1e3 * heat.time
+            ),
+            first,
+            remedy: "a gun that blanks its beam between lines (current.between), lines that are joined at their ends (hatch.strategy), or jumps outside the part".to_owned(),
+        });
+    }
+    if let Some((heat, share, first @ [x, y])) = told(&found.drawn.off) {
+        all.push(Loss {
+            places: heat.stretches,
+            why: format!(
+                "the current is more than 5 % off what lines ask for during {:.3} ms of them, by {share:.1} % of their heat; first from x {x:.2}, y {y:.2} mm",
+                1e3 * heat.time
+            ),
+            first,
+            remedy: "lines that begin before the part, so that the current is there in time, or currents that change less".to_owned(),
+        });
+    }
+    all
+}
+
+/// Lines that the beam does not draw to their ends.
+fn cut_short(found: &AtGun) -> Option<Loss> {
+    let short = found.drawn.short;
+    let first @ [x, y] = short.first?;
+    let lines = if short.lines == 1 {
+        "1 line".to_owned()
+    } else {
+        format!("{} lines", short.lines)
+    };
+    let half = 0.5 * short.spot;
+    let slower = found.lag.map_or(String::new(), |lag| {
+        format!(
+            ": up to {:.0} mm/s the beam is less than that behind",
+            half / lag
+        )
+    });
+    Some(Loss {
+        places: short.lines,
+        why: format!(
+            "where {lines} of the last layer end or turn the beam stays more than half its spot away, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
+            1e3 * short.farthest
+        ),
+        first,
+        remedy: format!("slower lines{slower}"),
+    })
 }
 
 /// Whether the gun can draw the paths.
@@ -111,16 +191,9 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
         let why = "no gun is named (ebm.gun): the beam is taken to be where the path says, with the power it says";
         return Check::not_checked(ID, TITLE, why);
     };
-    let (unreached, first) = found.drawn.unreached;
-    let short = found.drawn.short;
+    let lost = losses(found);
     let places: usize = found.vain.iter().map(|(d, _)| d.places).sum();
-    let told = |heat: &Misplaced| {
-        let share = found.drawn.share(heat);
-        (share > MISPLACED).then_some((*heat, share))
-    };
-    let [stray, off] = [&found.drawn.stray, &found.drawn.off].map(told);
-    let misplaced = stray.iter().chain(&off).map(|(heat, _)| heat.stretches);
-    let places = places + unreached + short.lines + misplaced.sum::<usize>();
+    let places = places + lost.iter().map(|l| l.places).sum::<usize>();
     let value = Measure::exact(places as f64, "places");
     let mut check = Check::judge(ID, TITLE, value, Limit::AtMost(0.0));
     let mut remedies: Vec<&str> = Vec::new();
@@ -133,47 +206,11 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
         });
         remedies.push(demand.what.remedy());
     }
-    if let Some([x, y]) = first {
-        check = check.because(&format!(
-            "the current is more than 5 % off its set value where {unreached} stretches of the last layer end, first at x {x:.2}, y {y:.2} mm"
-        ));
+    for loss in &lost {
+        let [x, y] = loss.first;
+        check = check.because(&loss.why);
         check.place.get_or_insert(Place::at([x, y, 0.0]));
-        remedies.push("longer pieces of one current, or a change that is smaller");
-    }
-    if let Some([x, y]) = short.first {
-        check = check.because(&format!(
-            "where {} of the last layer end the beam is more than half its spot behind, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
-            if short.lines == 1 {
-                "1 line".to_owned()
-            } else {
-                format!("{} lines", short.lines)
-            },
-            1e3 * short.farthest
-        ));
-        check.place.get_or_insert(Place::at([x, y, 0.0]));
-        remedies.push("slower lines, or lines that are joined at their ends (hatch.strategy)");
-    }
-    if let Some((heat, share, [x, y])) =
-        stray.and_then(|(heat, share)| Some((heat, share, heat.first?)))
-    {
-        check = check.because(&format!(
-            "{:.1} % of the heat that lines ask for is drawn besides, in jumps and pauses, {:.3} ms of them: the beam is on there; first from x {x:.2}, y {y:.2} mm",
-            100.0 * share,
-            1e3 * heat.time
-        ));
-        check.place.get_or_insert(Place::at([x, y, 0.0]));
-        remedies.push("a gun that blanks its beam between lines (current.between), lines that are joined at their ends (hatch.strategy), or jumps outside the part");
-    }
-    if let Some((heat, share, [x, y])) =
-        off.and_then(|(heat, share)| Some((heat, share, heat.first?)))
-    {
-        check = check.because(&format!(
-            "the current is more than 5 % off what lines ask for during {:.3} ms of them, by {:.1} % of their heat; first from x {x:.2}, y {y:.2} mm",
-            1e3 * heat.time,
-            100.0 * share
-        ));
-        check.place.get_or_insert(Place::at([x, y, 0.0]));
-        remedies.push("lines that begin before the part, so that the current is there in time, or currents that change less");
+        remedies.push(&loss.remedy);
     }
     if !found.unknown.is_empty() {
         check.status = check.status.max(Status::CannotSay);
@@ -220,7 +257,7 @@ pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
             facts.push(Fact::new(id, title, value, &told));
         }
     }
-    if found.lags {
+    if found.lag.is_some() {
         let (beside, [x, y]) = drawn.beside;
         let title = "farthest of the drawn beam from the line it draws";
         let value = Measure::exact(1e3 * beside, "µm");
