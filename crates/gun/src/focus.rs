@@ -50,7 +50,7 @@ pub enum FocusError {
     },
     /// A beam whose diameter does not depend on its focus current.
     #[error(
-        "the beam is {diameter} mm wide whatever the focus current: give a focus calibration, or change speed or current"
+        "the beam is {:.0} µm wide whatever the focus current: give a focus calibration, or change speed or current", 1e3 * .diameter
     )]
     Fixed {
         /// Its diameter, mm.

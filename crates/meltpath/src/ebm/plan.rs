@@ -22,7 +22,7 @@ use super::settings::{Good, PartFile, Settings, Subject, resolve};
 use crate::ebm::judge::ends::tell_of_window;
 use crate::ebm::plan::hatch::BeamHatch;
 use crate::ebm::plan::region::{Below, Contour};
-use crate::job::ebm::{ChartPreview, EbmJob};
+use crate::job::ebm::{Change, ChartPreview, EbmJob};
 use crate::job::{Problems, Written};
 use crate::machine::Machine;
 use crate::stages::part;
@@ -147,6 +147,7 @@ pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result
         below,
         part,
     } = drawn;
+    focuses(job, &gun)?;
     let path = paths
         .pop()
         .ok_or_else(|| Problem::new("there is no layer to draw"))?;
@@ -174,6 +175,21 @@ pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result
         warnings,
         kept: None,
     })
+}
+
+/// Refuses a search that changes the focus of a beam which no focus current changes.
+fn focuses(job: &EbmJob, gun: &Gun) -> Result<(), Problem> {
+    let changed = job.optimise.as_ref().map(|table| &table.change);
+    let Some(change) = changed.filter(|change| ***change == Change::Focus) else {
+        return Ok(());
+    };
+    let Err(why) = gun.spots() else {
+        return Ok(());
+    };
+    let problem = change.problem(format!("optimise.change: {why}"));
+    Err(problem.help(
+        "ebm.focus with a focus calibration in place of ebm.diameter, or optimise.change = \"speed\" or \"current\"",
+    ))
 }
 
 /// What the beam draws.

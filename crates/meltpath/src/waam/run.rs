@@ -7,8 +7,10 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
 use meltpath_base::{Observer, Provenance, Reporter, Verdict};
+use meltpath_programs::Dialect;
 use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
+use meltpath_robot::cell::Maker;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::error::WaamError;
@@ -85,6 +87,64 @@ fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
     }
 }
 
+/// Refuses programs of which it is known before there is a plan that they cannot be written.
+fn writable(loaded: &Loaded) -> Result<(), WaamError> {
+    let settings = &loaded.settings;
+    let words = settings.check_words();
+    words.map_err(|(dialect, why)| {
+        let why = ProgramStageError::from(why);
+        WaamError::Program(why.of(dialect, &settings.programs))
+    })?;
+    let wrong: Vec<Problem> = settings
+        .programs
+        .iter()
+        .filter_map(|dialect| of_another_maker(loaded, *dialect))
+        .collect();
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(JobError::in_file(&loaded.path, &loaded.text, wrong).into())
+}
+
+/// What is wrong with programs whose positions must say how the arm stands, where the job's robot is none of that controller's.
+fn of_another_maker(loaded: &Loaded, dialect: Dialect) -> Option<Problem> {
+    let (needed, says) = match dialect {
+        Dialect::Inform => (
+            Maker::Yaskawa,
+            "every position says how the arm stands (RCONF)",
+        ),
+        Dialect::UrScript => (Maker::Universal, "joint moves say the joints"),
+        Dialect::FanucLs | Dialect::Krl | Dialect::Rapid | Dialect::Val3 => return None,
+    };
+    let found = loaded.settings.robot.as_ref().map(|cell| cell.maker);
+    if found == Some(needed) {
+        return None;
+    }
+    let dialect = dialect.word();
+    let (has, help) = match found {
+        None => ("names no robot (machine.robot)".to_owned(), String::new()),
+        Some(maker) => (
+            format!("has a robot of maker = \"{}\"", maker.word()),
+            format!(", or leave \"{dialect}\" out of output.programs"),
+        ),
+    };
+    let message = format!(
+        "programs for {dialect} cannot be written: {says}, and the job {has}: only one of maker = \"{}\" tells it",
+        needed.word()
+    );
+    let (job, asked) = (&loaded.job, &loaded.job.output.programs);
+    let problem = if asked.is_written() {
+        asked.problem(message)
+    } else if job.machine.robot.is_written() {
+        job.machine.robot.problem(message)
+    } else {
+        job.machine.cell.problem(message)
+    };
+    Some(problem.help(format!(
+        "name a robot of this controller's maker (machine.robot; a file of yours says maker){help}"
+    )))
+}
+
 /// The whole chain.
 ///
 /// # Errors
@@ -92,11 +152,7 @@ fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
 pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
-    let words = loaded.settings.check_words();
-    words.map_err(|(dialect, why)| {
-        let why = ProgramStageError::from(why);
-        WaamError::Program(why.of(dialect, &loaded.settings.programs))
-    })?;
+    writable(&loaded)?;
     let folder = home.create()?;
     warn_of_plate(&loaded.settings, &reporter);
     if let Some(asked) = &loaded.settings.surface {
@@ -326,6 +382,7 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let mut loaded = load(job, &reporter)?;
+    writable(&loaded)?;
     said_axes::tell(&loaded.settings, &reporter);
     if let Some(asked) = &loaded.settings.surface {
         return surface::run::examine(&loaded, asked, &reporter, observer);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{check, says, thin_wall};
 use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
-use meltpath::waam::{LeftOpen, plan_to_file, program_to_folder, run, simulate_program};
+use meltpath::waam::{LeftOpen, examine, plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::cells;
 
@@ -123,6 +123,44 @@ fn the_dialect_that_cannot_be_written_is_named() {
         "{error}"
     );
     assert!(error.contains("output.programs"), "{error}");
+}
+
+/// Two dialects lean on an arm of their maker: what is told of it before anything runs is what a run refuses.
+#[test]
+fn programs_that_need_a_robot_of_their_maker_are_refused_beforehand() {
+    for (asked, robot, refused) in [
+        (
+            "\"kuka-krl\", \"yaskawa-inform\"",
+            "kuka-kr16-r2010-2",
+            "yaskawa-inform",
+        ),
+        (
+            "\"kuka-krl\", \"ur-script\"",
+            "kuka-kr16-r2010-2",
+            "ur-script",
+        ),
+        (
+            "\"yaskawa-inform\", \"ur-script\"",
+            "universal-ur10e",
+            "yaskawa-inform",
+        ),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let home = dir.path();
+        std::fs::write(home.join("cell.toml"), cell("kuka-krl")).unwrap();
+        let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
+        let job = job(home, &machine, &format!("[output]\nprograms = [{asked}]\n"));
+        let ran = run(&job, NextIn(&home.join("runs")), &Silent).unwrap_err();
+        let found = examine(&job, &Silent).unwrap_err();
+        let told = found.to_string();
+        assert_eq!(told, ran.to_string());
+        let wanted = format!("programs for {refused} cannot be written");
+        assert!(told.contains(&wanted), "{told}");
+        assert!(
+            told.contains("machine.robot") && told.contains("output.programs"),
+            "{told}"
+        );
+    }
 }
 
 #[test]

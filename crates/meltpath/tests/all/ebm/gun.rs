@@ -151,6 +151,49 @@ fn a_path_that_a_gun_cannot_draw_is_told_with_its_place() {
     }
 }
 
+/// Lines that are joined at their ends, drawn so fast that the beam turns before each of them: told before the run, and no pass.
+#[test]
+fn corners_that_are_not_drawn_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    for (lag, lines) in [("600 µs", Some("6 lines")), ("100 µs", None)] {
+        own(dir.path(), lag);
+        let file = job(dir.path(), "[ebm]\ngun = \"own.toml\"\n", 4e-3);
+        std::fs::write(dir.path().join("path.csv"), path(6, 4e-3)).unwrap();
+        let doctor = chain::doctor(&file, &Silent).unwrap().lines.join("\n");
+        let run = chain::run(&file, NextIn(&dir.path().join("runs")), &Silent);
+        let verdict = run.unwrap().verdict;
+        let told = check(&verdict);
+        let Some(lines) = lines else {
+            assert_eq!(told.value.as_ref().unwrap().value, 0.0, "{told:?}");
+            assert!(!doctor.contains("half its spot"), "{doctor}");
+            continue;
+        };
+        assert_eq!(told.status, Status::Fail, "{told:?}");
+        let said = format!("where {lines} of the last layer end or turn");
+        assert!(told.reason.contains(&said), "{told:?}");
+        assert!(doctor.contains(&format!("gun: {said}")), "{doctor}");
+        let [x, y, _] = told.place.as_ref().unwrap().position.unwrap();
+        assert!((x - 2.0).abs() < 0.1 && y.abs() < 0.1, "{x} {y}");
+        let remedy = told.remedy.as_ref().unwrap();
+        assert!(remedy.contains("slower lines: up to 3"), "{remedy}");
+    }
+}
+
+/// A beam whose width no focus current changes is known before the run.
+#[test]
+fn a_search_for_a_focus_that_changes_nothing_is_refused_beforehand() {
+    let dir = tempfile::tempdir().unwrap();
+    own(dir.path(), "20 µs");
+    let search = "diameter = \"350 µm\"\n[optimise]\nmethod = \"learning\"\nchange = \"focus\"\nsolver = \"reference\"\ncontroller = \"per-line\"\n";
+    let text = format!("[ebm]\ngun = \"own.toml\"\n{search}");
+    let file = job(dir.path(), &text, 4e-3);
+    let told = chain::doctor(&file, &Silent).unwrap().refused.unwrap();
+    let told = told.to_string();
+    says(&told, &["optimise.change", "350 µm wide", "ebm.diameter"]);
+    let run = chain::run(&file, NextIn(&dir.path().join("runs")), &Silent);
+    assert_eq!(run.map(|_| ()).unwrap_err().to_string(), told);
+}
+
 #[test]
 fn a_gun_that_cannot_do_the_job_is_refused() {
     let dir = tempfile::tempdir().unwrap();
