@@ -18,7 +18,7 @@ use meltpath_base::Length;
 /// Start with:  meltpath new waam my-part    then    meltpath run my-part/job.toml
 ///
 /// Exit codes: 0 the part passes, 1 the part fails its checks, 2 the input is wrong, 3 a bug in meltpath,
-/// 4 nothing fails but a check cannot be decided, 130 interrupted (nothing is written then).
+/// 4 nothing fails but a check cannot be decided or none of them was made, 130 interrupted (nothing is written then).
 #[derive(Debug, Parser)]
 #[command(name = "meltpath", version)]
 pub(crate) struct Arguments {

@@ -6,7 +6,7 @@ pub(crate) const PART_FAILS: u8 = 1;
 pub(crate) const INPUT_WRONG: u8 = 2;
 /// Ctrl-C.
 pub(crate) const INTERRUPTED: u8 = 130;
-/// Nothing fails, but the uncertainty of a check is larger than its limit.
+/// Nothing fails, but a check cannot be decided, or none was made.
 pub(crate) const CANNOT_SAY: u8 = 4;
 /// A bug.
 pub(crate) const BUG: u8 = 3;

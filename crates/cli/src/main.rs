@@ -1,7 +1,7 @@
 //! The command line of meltpath: arguments, progress, errors with their place, exit codes. All work is in the library.
 //!
-//! Exit codes: 0 the part passes (or nothing was judged), 1 the part fails its checks, 2 the input is wrong,
-//! 3 a bug in meltpath, 4 nothing fails but a check cannot be decided, 130 interrupted.
+//! Exit codes: 0 the part passes (or there is nothing to check), 1 the part fails its checks, 2 the input is wrong,
+//! 3 a bug in meltpath, 4 nothing fails but a check cannot be decided or none of them was made, 130 interrupted.
 
 mod arguments;
 mod commands;

@@ -94,6 +94,8 @@ pub(crate) fn verdict_code(verdict: &Verdict) -> u8 {
     match verdict.status() {
         Status::Fail => PART_FAILS,
         Status::CannotSay => CANNOT_SAY,
+        // checks of which none was made have not been passed
+        Status::NotChecked if !verdict.checks.is_empty() => CANNOT_SAY,
         Status::Pass | Status::Warn | Status::NotChecked => 0,
     }
 }
@@ -157,6 +159,7 @@ mod tests {
         };
         assert_eq!(code(&[]), 0);
         assert_eq!(code(&[Status::Pass, Status::Warn, Status::NotChecked]), 0);
+        assert_eq!(code(&[Status::NotChecked, Status::NotChecked]), 4);
         assert_eq!(code(&[Status::CannotSay, Status::Warn]), 4);
         assert_eq!(code(&[Status::CannotSay, Status::Fail]), 1);
     }
