@@ -318,13 +318,7 @@ pub fn simulate(
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
     tell_outside(paths_judged.flatten(), reporter);
-    let looked_at = found.iter().filter_map(|f| f.reference.as_ref());
-    let looked_at = looked_at.flat_map(|r| [&r.given.0, &r.better.0]);
-    let paths = judged
-        .iter()
-        .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
-    let fields = looked_at.chain(paths.flatten().map(|p| &p.highest));
-    ends::tell(fields, settings, reporter);
+    ends::tell(hottest(judged.as_ref(), found.as_ref()), settings, reporter);
     let last = changes.unwrap_or(&plan.path);
     Ok(Outcome {
         gun: at_gun::examined(plan, last),
@@ -333,6 +327,19 @@ pub fn simulate(
         corrected,
         judged,
     })
+}
+
+/// The hottest temperatures on the reference solver, K: of the path that the verdict is of, and of the path as given where that is
+/// another. The judge's where it judges, else what a search saw.
+fn hottest(judged: Option<&Judged>, found: Option<&Found>) -> Option<(f64, Option<f64>)> {
+    if let Some(judged) = judged {
+        let given = judged.given.highest.largest().0;
+        let better = judged.better.as_ref().map(|p| p.highest.largest().0);
+        return Some(better.map_or((given, None), |better| (better, Some(given))));
+    }
+    let looked_at = found?.reference.as_ref()?;
+    let [given, better] = [&looked_at.given.0, &looked_at.better.0].map(|f| f.largest().0);
+    Some((better, Some(given)))
 }
 
 /// The path with corrected currents, where the job asks for it.

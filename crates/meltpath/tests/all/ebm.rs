@@ -184,8 +184,11 @@ fn a_path_is_found_on_the_reference_solver() {
         .find(|f| f.id == "in-window-search");
     assert!(fact.unwrap().value.as_ref().unwrap().value > 5.0);
     // what lies beyond the laws is said of the solver too, not of charts alone
-    let warned = |code: &str| outcome.verdict.warnings.iter().any(|w| w.code == code);
-    assert!(warned("laws-extrapolated-reference"));
+    let warnings = &outcome.verdict.warnings;
+    let warned = |code: &str| warnings.iter().find(|w| w.code == code);
+    let beyond = &warned("laws-extrapolated-reference").unwrap().message;
+    // and of which path
+    assert!(beyond.contains(", that of the path as given "), "{beyond}");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     says(
         &report,
@@ -206,7 +209,7 @@ fn a_path_is_found_on_the_reference_solver() {
     assert!(currents.len() > 5, "{currents:?}");
     // the run drew it with charts too, for some of its currents, and comparing draws the same, but for currents halfway
     // between two steps
-    assert!(warned("charts-in-steps"));
+    assert!(warned("charts-in-steps").is_some());
     let voxels = out.join("series/voxels.csv");
     let same = compare::compare(&out, Some(&voxels), NextIn(dir.path()), &Silent).unwrap();
     let apart = same.parts.iter().map(|p| p.apart.mean);

@@ -202,24 +202,32 @@ pub(in crate::ebm) fn tell_of_window(
     }
 }
 
-/// Warns where fields of the reference solver leave the range of the laws.
-pub(in crate::ebm) fn tell<'a>(
-    fields: impl Iterator<Item = &'a Field>,
+/// Warns where the reference solver leaves the range of the laws: by the hottest temperature of the path that the verdict is of, K, and
+/// of the path as given where that is another.
+pub(in crate::ebm) fn tell(
+    hottest: Option<(f64, Option<f64>)>,
     settings: &Settings,
     reporter: &Reporter,
 ) {
     let material = &settings.material;
-    let hottest = fields.map(|f| f.largest().0).fold(0.0, f64::max);
-    if hottest > material.range[1] {
-        reporter.warn(
-            "laws-extrapolated-reference",
-            format!(
-                "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
-                hottest - CELSIUS,
-                material.name,
-                material.range[1] - CELSIUS
-            ),
-            "shares compare strategies on one scale; read no boiling or evaporation from them",
-        );
+    let Some((own, given)) = hottest else {
+        return;
+    };
+    let most = own.max(given.unwrap_or(own));
+    if most <= material.range[1] {
+        return;
     }
+    let of_given = given.map_or(String::new(), |given| {
+        format!(", that of the path as given {:.0} °C", given - CELSIUS)
+    });
+    reporter.warn(
+        "laws-extrapolated-reference",
+        format!(
+            "on the reference solver the hottest cell reaches {:.0} °C{of_given}; the laws of {} are meant up to {:.0} °C",
+            own - CELSIUS,
+            material.name,
+            material.range[1] - CELSIUS
+        ),
+        "shares compare strategies on one scale; read no boiling or evaporation from them",
+    );
 }
