@@ -291,6 +291,13 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
             "50, 90, 95, 99 % within {} {unit}",
             a.percentiles.map(told).join(", ")
         ));
+        if let Some([mean, greatest]) = part.away {
+            line(&format!(
+                "the two places of a pair lie {:.1} µm apart in the mean, {:.1} µm at most",
+                1e3 * mean,
+                1e3 * greatest
+            ));
+        }
         let worst = &a.worst.sample;
         let when = if part.quantity.is_in_time() {
             format!(", {:.6} s", worst.time)

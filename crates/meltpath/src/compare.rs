@@ -116,6 +116,7 @@ fn figures(
             Some(apart) => found.push(Compared {
                 quantity: part.quantity,
                 apart,
+                away: distances(&part.away),
                 pairs: part.pairs,
                 layers: part.layers,
                 left_out: part.left_out,
@@ -136,6 +137,12 @@ fn figures(
         (Some(nothing), true) => Err(nothing),
         _ => Ok(found),
     }
+}
+
+/// Mean and greatest.
+fn distances(away: &[f64]) -> Option<[f64; 2]> {
+    let greatest = away.iter().copied().reduce(f64::max)?;
+    Some([away.iter().sum::<f64>() / away.len() as f64, greatest])
 }
 
 /// The differences of one quantity: how much is too much depends on the use, so that nothing is judged.
@@ -166,6 +173,18 @@ fn told(part: &Compared) -> Vec<Fact> {
             "difference that 95 % stay below",
             of(part.apart.percentiles[2], None),
             "",
+        ));
+    }
+    if let Some([mean, greatest]) = part.away {
+        let within = 1e3 * pairs::WITHIN;
+        facts.push(Fact::new(
+            &format!("pairs-apart{suffix}"),
+            "mean distance between the two places of a pair",
+            Measure::exact(1e3 * mean, "µm"),
+            &format!(
+                "{:.1} µm at most; the nearest place within {within:.0} µm is taken",
+                1e3 * greatest
+            ),
         ));
     }
     facts

@@ -18,6 +18,8 @@ pub struct Compared {
     pub pairs: Vec<Pair>,
     /// The layer of each pair, from 1; 1 against a table.
     pub layers: Vec<usize>,
+    /// How far the two places of a pair lie apart in the mean, and at most, mm; none against a field, which tells every place.
+    pub away: Option<[f64; 2]>,
     /// Samples left out for their place, and for their time or because the other tells nothing there.
     pub left_out: [usize; 2],
 }

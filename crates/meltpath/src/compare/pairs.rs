@@ -32,6 +32,8 @@ pub struct Paired {
     pub pairs: Vec<Pair>,
     /// Their layers.
     pub layers: Vec<usize>,
+    /// How far the two places of each pair lie apart, mm; empty where the other is a field, which tells every place.
+    pub away: Vec<f64>,
     /// Samples of the table.
     pub samples: usize,
     /// Those without a counterpart in place, and those without one in time.
@@ -71,10 +73,16 @@ pub(super) fn with_table(
         };
         let places = Places::new(&of(theirs), WITHIN);
         let mut left_out = [0; 2];
-        let mut pairs = Vec::with_capacity(rows.len());
+        let (mut pairs, mut away) = (Vec::with_capacity(rows.len()), Vec::new());
         for sample in of(rows) {
             match places.at(sample.place, sample.time) {
-                Ok(other) => pairs.push(Pair { sample, other }),
+                Ok(there) => {
+                    away.push(there.away);
+                    pairs.push(Pair {
+                        sample,
+                        other: there.value,
+                    });
+                }
                 Err(Missing::Place) => left_out[0] += 1,
                 Err(Missing::Time) => left_out[1] += 1,
             }
@@ -82,6 +90,7 @@ pub(super) fn with_table(
         parts.push(Paired {
             quantity: *quantity,
             layers: vec![1; pairs.len()],
+            away,
             pairs,
             samples: rows.len(),
             left_out,
@@ -291,6 +300,7 @@ pub(super) fn with_run(
         Paired {
             quantity: *quantity,
             layers: of().map(|(_, n, _)| rows[*n].layer).collect(),
+            away: Vec::new(),
             pairs: of().map(|(_, _, pair)| *pair).collect(),
             samples: rows.len(),
             left_out: left_out.0[*quantity as usize],

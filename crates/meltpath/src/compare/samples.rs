@@ -27,6 +27,20 @@ pub enum SamplesError {
         /// What there is.
         found: String,
     },
+    /// Two columns of one meaning.
+    #[error(
+        "`{file}` has two columns for {wanted}, \"{first}\" and \"{second}\": which of them is meant? Leave one out, or give it another name"
+    )]
+    Twice {
+        /// The file.
+        file: String,
+        /// What both tell.
+        wanted: &'static str,
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+    },
     /// A unit that is not known.
     #[error("`{file}`, column \"{column}\": the unit \"{unit}\" is not one of {known}")]
     Unit {
@@ -192,15 +206,21 @@ fn named(head: &str) -> Option<(usize, &str)> {
 /// A column in mm, s or K, with the unit as written.
 type Column = (Vec<f64>, &'static str);
 
-/// The columns of a table that are wanted, each the first of its name; a head bears the longest name that it can.
+/// The columns of a table that are wanted, one of each; a head bears the longest name that it can.
 fn columns(file: &str, table: &[(String, Vec<f64>)]) -> Result<Vec<Option<Column>>, SamplesError> {
     let mut found: Vec<Option<Column>> = COLUMNS.iter().map(|_| None).collect();
+    let mut heads = [None; COLUMNS.len()];
     for (head, values) in table {
         let Some((n, written)) = named(head) else {
             continue;
         };
-        if found[n].is_some() {
-            continue;
+        if let Some(first) = heads[n].replace(head) {
+            return Err(SamplesError::Twice {
+                file: file.to_owned(),
+                wanted: COLUMNS[n].what,
+                first: first.clone(),
+                second: head.clone(),
+            });
         }
         let units = COLUMNS[n].units;
         let unit = if written.is_empty() {

@@ -266,6 +266,14 @@ fn tables(part: &Compared) -> Vec<Table> {
             "%",
         );
     }
+    if let Some([mean, greatest]) = part.away {
+        for (name, away) in [
+            ("places of a pair apart, mean", mean),
+            ("places of a pair apart, at most", greatest),
+        ] {
+            row(name, Cell::Fixed(1e3 * away, 1), "µm");
+        }
+    }
     let mut heads = vec!["x (mm)", "y (mm)", "z (mm)"];
     if part.quantity.is_in_time() {
         heads.push("t (ms)");

@@ -254,4 +254,41 @@ fn what_cannot_be_compared_is_named() {
     assert!(told(&away, &folder.join("none.csv")).contains("none.csv"));
     let cut = write("d.parquet", "PAR1 and no more");
     assert!(told(&away, &cut).contains("d.parquet"));
+    for (heads, both) in [
+        ("x,y,z,t,T_C,T_K", "\"T_C\" and \"T_K\""),
+        ("x_mm,y,z,t,T,x_m", "\"x_mm\" and \"x_m\""),
+    ] {
+        let twice = write("e.csv", &format!("{heads}\n0,0,0,0,900,900\n"));
+        let told = told(&table, &twice);
+        assert!(told.contains(both), "{told}");
+    }
+}
+
+/// Pairs whose places lie apart have differences of their own; how far they lie apart is told.
+#[test]
+fn how_far_places_of_pairs_lie_apart_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let other = write(folder, "other.csv", "x,y,z,t,T\n0,0,0,0,900\n1,0,0,0,950\n");
+    for (name, table, mean, greatest) in [
+        (
+            "moved",
+            "x,y,z,t,T\n0.04,0,0,0,900\n1.02,0,0,0,950\n",
+            0.03,
+            0.04,
+        ),
+        ("same", "x,y,z,t,T\n0,0,0,0,900\n1,0,0,0,950\n", 0.0, 0.0),
+    ] {
+        let table = write(folder, "table.csv", table);
+        let found = compare::compare(&other, Some(&table), At(&folder.join(name)), &Silent);
+        let found = found.unwrap();
+        let [told_mean, told_greatest] = found.parts[0].away.unwrap();
+        assert!((told_mean - mean).abs() < 1e-9 && (told_greatest - greatest).abs() < 1e-9);
+        let facts = &found.verdict.facts;
+        let fact = facts.iter().find(|f| f.id == "pairs-apart").unwrap();
+        let told = fact.value.as_ref().unwrap();
+        assert!((told.value - 1e3 * mean).abs() < 1e-6 && told.unit == "µm");
+        let most = format!("{:.1} µm at most", 1e3 * greatest);
+        assert!(fact.reason.contains(&most), "{fact:?}");
+    }
 }

@@ -130,11 +130,11 @@ impl Places {
         }
     }
 
-    /// Value at a place and time.
+    /// Value at a place and time, of the nearest place.
     ///
     /// # Errors
     /// [`Missing`]: no place near enough, or a time outside its samples.
-    pub fn at(&self, place: [f64; 3], time: f64) -> Result<f64, Missing> {
+    pub fn at(&self, place: [f64; 3], time: f64) -> Result<There, Missing> {
         let middle = place.map(|x| (x / self.within).floor() as i64);
         let mut best: Option<(f64, usize)> = None;
         for n in 0..27_i64 {
@@ -151,7 +151,8 @@ impl Places {
                 }
             }
         }
-        let (_, h) = best.ok_or(Missing::Place)?;
+        let (away, h) = best.ok_or(Missing::Place)?;
+        let there = |value| There { value, away };
         let history = &self.histories[h].1;
         let after = history.partition_point(|s| s[0] < time);
         // a time within rounding of a sample is that sample's
@@ -162,17 +163,26 @@ impl Places {
             .take(2)
             .find(|s| near(s))
         {
-            return Ok(s[1]);
+            return Ok(there(s[1]));
         }
         match (after.checked_sub(1), history.get(after)) {
             (Some(before), Some(next)) => {
                 let b = history[before];
                 let share = (time - b[0]) / (next[0] - b[0]);
-                Ok(b[1] + share * (next[1] - b[1]))
+                Ok(there(b[1] + share * (next[1] - b[1])))
             }
             _ => Err(Missing::Time),
         }
     }
+}
+
+/// What a table says near a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct There {
+    /// The value.
+    pub value: f64,
+    /// How far from there it was taken, mm.
+    pub away: f64,
 }
 
 /// Why a sample has no counterpart.
@@ -220,10 +230,15 @@ mod tests {
             sample([1.0, 0.0, 0.0], 0.0, 500.0),
         ];
         let places = Places::new(&samples, 0.05);
-        assert!((places.at([0.03, 0.0, 0.0], 2.5e-4).unwrap() - 1250.0).abs() < 1e-9);
+        let there = places.at([0.03, 0.0, 0.0], 2.5e-4).unwrap();
+        assert!((there.value - 1250.0).abs() < 1e-9 && (there.away - 0.03).abs() < 1e-12);
         assert_eq!(places.at([0.0, 0.06, 0.0], 0.0), Err(Missing::Place));
         assert_eq!(places.at([0.0, 0.0, 0.0], 2e-3), Err(Missing::Time));
         // one sample alone serves its own time
-        assert_eq!(places.at([1.0, 0.0, 0.0], 0.0), Ok(500.0));
+        let alone = There {
+            value: 500.0,
+            away: 0.0,
+        };
+        assert_eq!(places.at([1.0, 0.0, 0.0], 0.0), Ok(alone));
     }
 }
