@@ -32,6 +32,7 @@ use super::settings;
 use super::{motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;
 use crate::job::{JobError, LpbfJob, Written};
+use crate::lpbf::plan::enclosed;
 use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
 use crate::lpbf::plan::work::Work;
 use crate::outcome::{Examined, Outcome, RunFolder};
@@ -503,8 +504,11 @@ fn resolved(
 ) -> Result<(Plan, Vec<Survey>), LpbfError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
     let found = settings::resolve(job, here).and_then(|settings| {
-        let plan = plan(settings, job, here, observer)?;
+        let mut plan = plan(settings, job, here, observer)?;
         let surveys = refuse::check(job, &plan)?;
+        let hatch = surveys.iter().find_map(|s| s.hatch);
+        let told = enclosed::told(&plan.work, hatch);
+        plan.warnings.extend(told);
         Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {

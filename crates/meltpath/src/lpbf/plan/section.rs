@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use meltpath_base::number::significant;
 use meltpath_base::settings::Problem;
 use meltpath_base::{Length, Observer, Provenance, Reporter};
 use meltpath_geometry::Region;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::offset::{Join, inset};
 use meltpath_planning::powder::{Hatch, HatchError, Pattern, Turns};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::Planned;
@@ -93,7 +95,44 @@ impl Section {
             })?;
             section.only = (section.drawn.len() == 1).then_some(layer);
         }
+        section.tell_of_contours(reporter);
         Ok(section)
+    }
+
+    /// Warns of areas that have no room for as many contours as are asked for: the innermost lies half a hatch distance, and a whole one
+    /// for each before it, inside.
+    fn tell_of_contours(&self, reporter: &Reporter) {
+        let (count, spacing) = (self.hatch.contours, self.hatch.spacing);
+        if count == 0 {
+            return;
+        }
+        let deepest = spacing * (f64::from(count) - 0.5);
+        let areas: Vec<&Region> = self.drawn.iter().flatten().collect();
+        let round = Join::Round {
+            arc_tolerance: CHORD_ERROR,
+        };
+        let lacks = |area: &&&Region| {
+            let left = inset(std::slice::from_ref(**area), deepest, round);
+            left.is_ok_and(|left| left.is_empty())
+        };
+        let lacking = areas.iter().filter(lacks).count();
+        if lacking == 0 {
+            return;
+        }
+        let contours = if count == 1 {
+            "the contour of hatch.contours".to_owned()
+        } else {
+            format!("{count} contours (hatch.contours)")
+        };
+        reporter.warn(
+            "contours-left-out",
+            format!(
+                "{lacking} of {} areas of all layers have no room for {contours}, the innermost {} mm inside: what has none is left out",
+                areas.len(),
+                significant(deepest, 3)
+            ),
+            "a smaller hatch.spacing, which is the distance of contours, too, or fewer contours",
+        );
     }
 
     /// The hatch distance, mm.

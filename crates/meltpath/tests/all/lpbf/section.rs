@@ -128,6 +128,12 @@ fn layers_of_two_legs_are_marked_one_over_the_other() {
     assert!((small / both - 0.2).abs() < 0.05, "{small} {both}");
 }
 
+/// Whether contours that have no room are told.
+fn told_of_contours(out: &Path) -> bool {
+    let verdict = fs::read_to_string(out.join("verdict.json")).unwrap();
+    verdict.contains("contours-left-out")
+}
+
 /// A wall narrower than the spacing has one line, and of contours and islands what fits.
 #[test]
 fn a_wall_narrower_than_the_spacing_is_one_line() {
@@ -141,6 +147,15 @@ fn a_wall_narrower_than_the_spacing_is_one_line() {
     let out = run(dir.path(), "wall", &job("wall.stl", thin));
     let marked = marked(&out);
     assert!((marked - 5.9).abs() < 0.2, "{marked}");
+    assert!(told_of_contours(&out));
+    let plate = shapes::extrude(&[shapes::plate(6.0, 4.0)], 2.0);
+    write(dir.path(), "plate.stl", &plate);
+    let wide = "[hatch]\nspacing = \"0.5 mm\"\ncontours = 2";
+    let out = run(dir.path(), "plate", &job("plate.stl", wide));
+    assert!(!told_of_contours(&out));
+    let far = wide.replace("0.5 mm", "3 mm");
+    let out = run(dir.path(), "far", &job("plate.stl", &far));
+    assert!(told_of_contours(&out));
     // a ring so thin that contours take it whole: no line is left to judge the fill by
     let ring = shapes::extrude(&[shapes::ring(3.0, 2.7, 96)], 2.0);
     write(dir.path(), "thin.stl", &ring);
