@@ -225,7 +225,9 @@ mod tests {
 
     fn said(layers: &[Layer]) -> Option<String> {
         let mut found = Unfilled::default();
-        layers.iter().for_each(|layer| found.take(layer, 0.1));
+        for layer in layers {
+            found.take(layer, 0.1);
+        }
         let reporter = Reporter::new();
         found.tell(&reporter);
         reporter.warnings().into_iter().next().map(|w| w.message)
@@ -237,7 +239,7 @@ mod tests {
     fn lines_that_are_missing_are_told() {
         let half = layer(&[(WHOLE, 1.0)], &[[0.0, 0.0, 6.0, 2.0]]);
         let full = layer(&[(WHOLE, 1.0)], &[WHOLE]);
-        assert_eq!(said(&[full.clone()]), None);
+        assert_eq!(said(std::slice::from_ref(&full)), None);
         let words = said(&[full.clone(), half]).unwrap();
         assert!(
             words.starts_with("in 1 of 2 layers") && words.contains("enclose 24.0 mm²"),
