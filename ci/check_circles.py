@@ -25,7 +25,7 @@ ARROWS = {
     "control": ["numerics"],
     "robot": ["geometry", "toolpath", "numerics"],
     "scan-head": ["geometry", "toolpath", "control", "numerics"],
-    "gun": ["geometry", "toolpath"],
+    "gun": ["geometry", "toolpath", "numerics"],
     "deposition": ["geometry", "toolpath", "numerics", "data"],  # wires, gases and maps are called for by name
     "thermal": ["geometry", "toolpath", "numerics"],
     "melt-strategy": ["geometry", "thermal"],

@@ -3,19 +3,16 @@
 //! Béraud 2016, section 3.2.2.1.3: the thickness falls, then rises with the focus current, along two straight lines; how thick a wall a
 //! beam of some diameter makes is a third.
 
+mod doubt;
+mod lines;
+
 use crate::focus::{FocusCalibration, FocusError, FocusPiece};
+pub use doubt::{Apart, Curve, RARE, Told};
+use lines::Lines;
+pub use lines::Wall;
 
 /// Least walls: one more than two lines have numbers.
 const WALLS: usize = 5;
-
-/// A wall of one line a layer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wall {
-    /// Current of the focus coil, A.
-    pub focus: f64,
-    /// Its thickness without the grains that stick to it, mm.
-    pub thickness: f64,
-}
 
 /// How thick a wall becomes: `intercept + slope · diameter`, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +36,14 @@ pub struct FromWalls {
     pub currents: [usize; 2],
     /// Current of the sharpest focus, A.
     pub sharpest: f64,
+    /// The same with its uncertainty, from the noise of the walls about their lines.
+    pub sharpest_told: Told,
+    /// Diameter of the spot there with its uncertainty, mm; the line of thickness over diameter is taken as exact.
+    pub spot: Told,
+    /// Walls that the others do not go with.
+    pub apart: Option<Apart>,
+    /// How curved the walls are; nothing where no side has four of them, or where walls apart explain it better.
+    pub curve: Option<Curve>,
     /// Scatter of the walls about the lines, one standard deviation, mm.
     pub scatter: f64,
 }
@@ -80,24 +85,8 @@ pub fn from_walls(walls: &[Wall], thickness: Thickness) -> Result<FromWalls, Wal
     if currents.len() < WALLS {
         return Err(WallsError::Few(currents.len()));
     }
-    let mut best: Option<(f64, [[f64; 2]; 2], f64)> = None;
-    for split in 1..walls.len() {
-        let (left, right) = walls.split_at(split);
-        let ends = [left[split - 1].focus, right[0].focus];
-        let (Some(falls), Some(rises)) = (line(left), line(right)) else {
-            continue;
-        };
-        let meet = (rises[0] - falls[0]) / (falls[1] - rises[1]);
-        let sharp = falls[1] < 0.0 && rises[1] > 0.0;
-        if !(sharp && (ends[0]..=ends[1]).contains(&meet)) {
-            continue;
-        }
-        let squares = squares(left, falls) + squares(right, rises);
-        if best.is_none_or(|(least, ..)| squares < least) {
-            best = Some((squares, [falls, rises], meet));
-        }
-    }
-    let (squares, lines, sharpest) = best.ok_or(WallsError::NoSharpest)?;
+    let found = Lines::through(&walls).ok_or(WallsError::NoSharpest)?;
+    let (lines, sharpest) = (found.both.map(|l| l.coefficients), found.meet);
     let ends = [currents[0], sharpest, currents[currents.len() - 1]];
     let piece = |k: usize| FocusPiece {
         range: [ends[k], ends[k + 1]],
@@ -110,33 +99,24 @@ pub fn from_walls(walls: &[Wall], thickness: Thickness) -> Result<FromWalls, Wal
         FocusError::Width { focus, diameter } => WallsError::TooThin { focus, diameter },
         _ => WallsError::NoSharpest,
     })?;
+    let [sharpest_told, height] = doubt::meeting(&found, walls.len());
+    let (apart, curve) = doubt::which(doubt::apart(&found, &walls), doubt::curve(&found, &walls));
     Ok(FromWalls {
+        sharpest_told,
+        spot: Told {
+            value: (height.value - thickness.intercept) / thickness.slope,
+            sigma: height.sigma / thickness.slope,
+            most: height.most / thickness.slope,
+        },
+        apart,
+        curve,
         calibration,
         pieces,
         lines,
         currents: [falling, currents.len() - falling],
         sharpest,
-        scatter: (squares / (walls.len() - 4) as f64).sqrt(),
+        scatter: (found.squares / (walls.len() - 4) as f64).sqrt(),
     })
-}
-
-/// Intercept and slope of least squares; nothing of walls at one current.
-fn line(walls: &[Wall]) -> Option<[f64; 2]> {
-    let n = walls.len() as f64;
-    let mean = |of: fn(&Wall) -> f64| walls.iter().map(of).sum::<f64>() / n;
-    let [x, y] = [mean(|w| w.focus), mean(|w| w.thickness)];
-    let (mut xx, mut xy) = (0.0, 0.0);
-    for wall in walls {
-        xx += (wall.focus - x).powi(2);
-        xy += (wall.focus - x) * (wall.thickness - y);
-    }
-    let slope = xy / xx;
-    (xx > 0.0).then_some([y - slope * x, slope])
-}
-
-fn squares(walls: &[Wall], [intercept, slope]: [f64; 2]) -> f64 {
-    let off = |w: &Wall| (w.thickness - intercept - slope * w.focus).powi(2);
-    walls.iter().map(off).sum()
 }
 
 #[cfg(test)]
@@ -199,5 +179,115 @@ mod tests {
         };
         let thin = from_walls(&walls(), thick);
         assert!(matches!(thin, Err(WallsError::TooThin { .. })), "{thin:?}");
+    }
+
+    /// Walls by lines that meet at 380 µm and 5 mA, with noise.
+    fn noisy(currents: &[f64], noise: f64, seed: u64) -> Vec<Wall> {
+        let mut random = meltpath_numerics::random::Random::new(seed);
+        let wall = |milliamperes: &f64| {
+            let off = milliamperes - 5.0;
+            let diameter = 380.0 + (-35.0 * off).max(22.0 * off);
+            Wall {
+                focus: 1e-3 * milliamperes,
+                thickness: 1e-3 * (100.0 + 0.7 * diameter + noise * random.normal()),
+            }
+        };
+        currents.iter().map(wall).collect()
+    }
+
+    const OURS: Thickness = Thickness {
+        intercept: 0.1,
+        slope: 0.7,
+    };
+    const TWELVE: [f64; 12] = [
+        -5.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0, 11.0, 14.0, 18.0, 22.0, 26.0,
+    ];
+
+    /// Intervals hold the truth as often as they say, of twelve walls, of six, and of six far from the focus; and are not wider than that.
+    #[test]
+    fn uncertainties_hold_the_truth_as_often_as_they_say() {
+        let far: [f64; 6] = [-30.0, -25.0, -20.0, 40.0, 50.0, 60.0];
+        let six = [-4.0, -1.0, 2.0, 9.0, 14.0, 20.0];
+        for (currents, noise) in [(&TWELVE[..], 15.0), (&six, 8.0), (&far, 5.0)] {
+            let tries = 1000;
+            let mut held = [0; 4];
+            for seed in 0..tries {
+                let found = from_walls(&noisy(currents, noise, seed), OURS).unwrap();
+                for (k, (told, truth)) in [(found.sharpest_told, 5e-3), (found.spot, 0.38)]
+                    .into_iter()
+                    .enumerate()
+                {
+                    let off = (told.value - truth).abs();
+                    held[2 * k] += u64::from(off <= told.sigma);
+                    held[2 * k + 1] += u64::from(off <= told.most);
+                }
+            }
+            let shares = held.map(|n| n as f64 / tries as f64);
+            println!("{} walls: {shares:?}", currents.len());
+            for [one, most] in [[shares[0], shares[1]], [shares[2], shares[3]]] {
+                assert!((0.63..0.75).contains(&one), "{currents:?}: {shares:?}");
+                assert!((0.925..0.98).contains(&most), "{currents:?}: {shares:?}");
+            }
+        }
+    }
+
+    /// Walls just beside the sharpest focus tell it, however they scatter.
+    #[test]
+    fn walls_beside_the_sharpest_focus_are_no_reason_to_refuse() {
+        let beside = [-5.0, -2.0, 1.0, 4.9, 5.1, 9.0, 13.0, 18.0];
+        for seed in 0..200 {
+            let found = from_walls(&noisy(&beside, 5.0, seed), OURS).unwrap();
+            assert!((found.spot.value - 0.38).abs() < 0.03, "{seed}");
+        }
+    }
+
+    /// A wall, or two, measured wrong are named, wherever they stand; sound ones are not.
+    #[test]
+    fn walls_apart_are_named() {
+        let mut named = 0;
+        for seed in 0..200 {
+            let found = from_walls(&noisy(&TWELVE, 5.0, seed), OURS).unwrap();
+            named += u32::from(found.apart.is_some() || found.curve.unwrap().chance < RARE);
+        }
+        assert!(named <= 10, "{named} of 200 sound calibrations");
+        for noise in [0.0, 5.0] {
+            for wrong in 0..TWELVE.len() {
+                let mut walls = noisy(&TWELVE, noise, 7);
+                walls[wrong].thickness *= 1.35;
+                let found = from_walls(&walls, OURS).unwrap();
+                let apart = found.apart.unwrap();
+                assert_eq!(apart.walls, [walls[wrong]], "{wrong} {noise}");
+                let share = walls[wrong].thickness / apart.others[0];
+                assert!((share - 1.35).abs() < 0.1, "{wrong}: {share}");
+            }
+            // the second and the eighth taken for each other
+            let mut walls = noisy(&TWELVE, noise, 7);
+            let other = walls[6].thickness;
+            walls[6].thickness = walls[1].thickness;
+            walls[1].thickness = other;
+            let found = from_walls(&walls, OURS).unwrap();
+            assert_eq!(found.apart.unwrap().walls, [walls[1], walls[6]]);
+        }
+    }
+
+    /// A caustic is a hyperbola: its walls are no lines.
+    #[test]
+    fn walls_on_a_curve_are_told() {
+        let hyperbola = |x: f64| (320.0_f64.powi(2) + (28.0 * (x - 6.0)).powi(2)).sqrt();
+        let parabola = |x: f64| 380.0 + 1.1 * (x - 8.0).powi(2);
+        for diameter in [&hyperbola as &dyn Fn(f64) -> f64, &parabola] {
+            for noise in [0.0, 5.0] {
+                let mut walls = noisy(&TWELVE, noise, 3);
+                for (wall, x) in walls.iter_mut().zip(TWELVE) {
+                    let line = 380.0 + (-35.0 * (x - 5.0)).max(22.0 * (x - 5.0));
+                    wall.thickness += 0.7e-3 * (diameter(x) - line);
+                }
+                let found = from_walls(&walls, OURS).unwrap();
+                assert!(
+                    found.curve.unwrap().chance < RARE && found.apart.is_none(),
+                    "{found:?}"
+                );
+            }
+        }
     }
 }

@@ -10,6 +10,7 @@ pub mod least_squares;
 mod matrix;
 pub mod moving_average;
 pub mod random;
+pub mod student;
 pub mod swarm;
 
 pub use matrix::{ComplexMatrix, Matrix, Scalar};

@@ -118,6 +118,14 @@ fn resolve(file: &WallsFile) -> Result<Walls, Problems> {
             thickness,
         });
     }
+    if let Some(told) = &*file.thickness
+        && told.diameters[0].0 >= told.diameters[1].0
+    {
+        let message =
+            "thickness.diameters: the least comes first, then the greatest, and they differ";
+        let help = "write them the other way round";
+        problems.push(told.diameters.problem(message).help(help));
+    }
     let beam = [file.voltage.0, file.current.0, file.speed.0];
     let line = match &*file.thickness {
         Some(told) => Some(Line {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use meltpath_base::Provenance;
-use meltpath_base::number::{WRITTEN, rounded};
+use meltpath_base::number::{WRITTEN, rounded, with_uncertainty};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_gun::focus_walls::Wall;
@@ -129,9 +129,17 @@ fn calibration(found: &Found) -> String {
             found.walls.line.source
         )),
         word(&format!(
-            "walls scatter by {:.1} µm, diameters so by {:.1} µm",
+            "walls scatter by {:.1} µm, diameters so by {:.1} µm; smallest spot {} µm at {} mA",
             1e3 * found.calibrated.scatter,
-            1e3 * found.calibrated.scatter / slope
+            1e3 * found.calibrated.scatter / slope,
+            with_uncertainty(
+                1e3 * found.calibrated.spot.value,
+                1e3 * found.calibrated.spot.sigma
+            ),
+            with_uncertainty(
+                1e3 * found.calibrated.sharpest_told.value,
+                1e3 * found.calibrated.sharpest_told.sigma
+            )
         )),
     );
     for p in found.calibrated.pieces {

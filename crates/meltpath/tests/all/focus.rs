@@ -36,8 +36,21 @@ fn walls_of_ones_own_machine_calibrate_its_focus() {
     let file = write(dir.path(), "walls.toml", head.clone() + &walls(0.0));
     let out = dir.path().join("out");
     let found = calibrate(&file, At(&out), &Silent).unwrap();
-    for id in ["scatter", "thickness-known"] {
-        assert_eq!(check(&found.verdict, id).status, Status::Pass);
+    for id in [
+        "scatter",
+        "walls-apart",
+        "straight",
+        "spot-known",
+        "thickness-known",
+    ] {
+        assert_eq!(check(&found.verdict, id).status, Status::Pass, "{id}");
+    }
+    // of exact walls nothing is left to tell but rounding
+    let scatter = check(&found.verdict, "scatter").value.clone();
+    assert_eq!(scatter.map(|v| v.value), Some(0.0));
+    for fact in &found.verdict.facts {
+        let sigma = fact.value.as_ref().unwrap().sigma.unwrap();
+        assert!(sigma > 0.0 && sigma < 1.0, "{fact:?}");
     }
     has_files(
         &out,
@@ -88,6 +101,53 @@ fn the_line_of_the_source_is_not_trusted_beyond_what_follows_it() {
     says(&beyond.reason, &["Béraud 2016", "400 µm"]);
 }
 
+/// A wall measured wrong is named, walls on a caustic and walls far from the focus are told: none of them passes.
+#[test]
+fn walls_that_are_not_to_be_trusted_cannot_say() {
+    let dir = tempfile::tempdir().unwrap();
+    let line = LINE.replace("200 µm\", \"600", "100 µm\", \"3000");
+    let told = |currents: &[f64], thickness: &dyn Fn(f64) -> f64| {
+        let mut text = format!("name = \"a\"\n{BEAM}{line}");
+        for focus in currents {
+            let measured = thickness(*focus);
+            writeln!(
+                text,
+                "[[wall]]\nfocus = \"{focus} mA\"\nmeasured = \"{measured:.1} µm\""
+            )
+            .unwrap();
+        }
+        let file = write(dir.path(), "walls.toml", text);
+        let out = dir.path().join("out");
+        let verdict = calibrate(&file, At(&out), &Silent).unwrap().verdict;
+        std::fs::remove_dir_all(out).unwrap();
+        verdict
+    };
+    let twelve = [
+        -5.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0, 11.0, 14.0, 18.0, 22.0, 26.0,
+    ];
+    let straight = |x: f64| 150.0 + 0.5 * (380.0 + (-35.0 * (x - 5.0)).max(22.0 * (x - 5.0)));
+    let sound = told(&twelve, &straight);
+    assert_eq!(sound.status(), Status::Pass, "{:?}", sound.checks);
+    let wrong = told(&twelve, &|x| {
+        straight(x) * if x == 4.0 { 1.35 } else { 1.0 }
+    });
+    let apart = check(&wrong, "walls-apart");
+    assert_eq!(apart.status, Status::CannotSay);
+    says(&apart.reason, &["the wall at 4 mA"]);
+    let caustic = told(&twelve, &|x| {
+        150.0 + 0.5 * (320.0_f64.powi(2) + (28.0 * (x - 6.0)).powi(2)).sqrt()
+    });
+    assert_eq!(check(&caustic, "straight").status, Status::CannotSay);
+    assert_eq!(caustic.status(), Status::CannotSay);
+    // far from the focus, with some micrometres of noise
+    let noise = |x: f64| 5.0 * (12.9898 * x).sin();
+    let far = told(&[-30.0, -25.0, -20.0, 40.0, 50.0, 60.0], &|x| {
+        straight(x) + noise(x)
+    });
+    assert_eq!(check(&far, "spot-known").status, Status::CannotSay);
+    assert_eq!(check(&far, "straight").status, Status::NotChecked);
+}
+
 #[test]
 fn walls_that_tell_nothing_are_refused() {
     let dir = tempfile::tempdir().unwrap();
@@ -114,6 +174,11 @@ fn walls_that_tell_nothing_are_refused() {
             walls(0.0)
         )),
         &["stuck grains"],
+    );
+    let swapped = LINE.replace("200 µm\", \"600", "600 µm\", \"200");
+    says(
+        &told(format!("name = \"a\"\n{BEAM}{swapped}{}", walls(0.0))),
+        &["diameters", "the other way round"],
     );
     let rising: String = walls(0.0).split_inclusive('\n').skip(18).collect();
     says(
