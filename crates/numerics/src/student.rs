@@ -24,7 +24,7 @@ pub fn beyond(t: f64, freedom: usize) -> f64 {
     // both sums run over every second whole number below the degrees of freedom
     let mut term = if odd { angle.cos() } else { 1.0 };
     let mut sum = 0.0;
-    let mut k = if odd { 1 } else { 0 };
+    let mut k = usize::from(odd);
     while k + 2 <= freedom {
         sum += term;
         term *= square * (k + 1) as f64 / (k + 2) as f64;

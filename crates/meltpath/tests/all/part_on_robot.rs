@@ -335,3 +335,34 @@ fn controllers_without_known_words_are_named() {
         assert!(!found.reason.contains(known), "{found:?}");
     }
 }
+
+/// What the flange holds is the wrist's neighbour, and a torch that stands is not.
+#[test]
+fn a_wrist_comes_near_a_torch_that_stands() {
+    let job = Job::of(KUKA, "");
+    let told = |verdict: &Verdict| {
+        let fact = verdict.facts.iter().find(|f| f.id == "clearances");
+        fact.unwrap().reason.clone()
+    };
+    let (_, verdict) = job.run();
+    let pairs = told(&verdict);
+    for link in 4..=6 {
+        assert!(
+            pairs.contains(&format!("nozzle and link {link} ")),
+            "{pairs}"
+        );
+    }
+    let path = job.dir.path().join("robot.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let links = text.lines().find(|l| l.starts_with("links")).unwrap();
+    let (before, _) = links.rsplit_once(',').unwrap();
+    std::fs::write(
+        &path,
+        text.replacen(links, &format!("{before}, \"250 mm\"]"), 1),
+    )
+    .unwrap();
+    let (_, verdict) = job.run();
+    let collision = check(&verdict, "collision");
+    assert_eq!(collision.status, Status::Fail, "{collision:?}");
+    assert!(collision.reason.contains("link 6"), "{collision:?}");
+}

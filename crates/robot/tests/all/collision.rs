@@ -120,6 +120,24 @@ fn the_nozzle_stands_its_wire_over_the_plate() {
 
 /// Beside a wall higher than the torch the nozzle is nearest by its radius, the body by its own.
 #[test]
+fn a_forearm_that_goes_on_behind_the_fourth_axis_is_held_against_the_torch() {
+    let text = find(robots::ALL, "universal-ur10e").unwrap().text;
+    let slim = cell::read(text).unwrap();
+    let of_link_4 = |cell: &Cell| {
+        of(
+            &closest(cell, &plate(190.0, 1.0), 0.0),
+            [Body::Torch, Body::Link(4)],
+        )
+    };
+    let room = of_link_4(&slim);
+    let mut thick = slim.clone();
+    let shapes = thick.shapes.as_mut().unwrap();
+    shapes.links[3] += 20.0;
+    let less = of_link_4(&thick);
+    assert!(less < room - 10.0, "{room} {less}");
+}
+
+#[test]
 fn a_wall_beside_the_torch_is_measured_to_its_radius() {
     let found = closest(&abb(), &plate(30.0, 100.0), 0.0);
     let nozzle = of(&found, [Body::Nozzle, Body::Metal]);
