@@ -223,7 +223,6 @@ mod tests {
                 }
             }
             let shares = held.map(|n| n as f64 / tries as f64);
-            println!("{} walls: {shares:?}", currents.len());
             for [one, most] in [[shares[0], shares[1]], [shares[2], shares[3]]] {
                 assert!((0.63..0.75).contains(&one), "{currents:?}: {shares:?}");
                 assert!((0.925..0.98).contains(&most), "{currents:?}: {shares:?}");
