@@ -10,6 +10,7 @@ mod import;
 mod inverse;
 mod kriging;
 mod measured;
+mod region;
 
 pub use data::Validity;
 pub use file::{MapFile, MapKind, TiltTable};
@@ -17,6 +18,7 @@ pub use grid::{Grid, GridPart};
 pub use import::Oddity;
 pub use inverse::Target;
 pub use kriging::Fit;
+pub use region::Region;
 
 use meltpath_base::settings::{Datum, Problems};
 use meltpath_base::{Origin, Pure, Reporter, Resolved};
@@ -154,8 +156,10 @@ pub struct ProcessMap {
     pub electric: Option<MeasuredLines>,
     /// How far leaning pools were seen to stay.
     pub tilt: Option<TiltTable>,
-    /// Where the map holds.
+    /// Where the map holds, as its file says.
     pub validity: Validity,
+    /// Where its beads were measured; nothing where it is given by numbers alone.
+    pub measured: Option<Region>,
     /// The law.
     pub law: Law,
     /// How well it predicts; at least, where the law knows more.
@@ -239,7 +243,7 @@ impl ProcessMap {
             width: Estimate::relative(width, sigma(least.width, |f| &f.width)),
             height: Estimate::relative(height, sigma(least.height, |f| &f.height)),
             area: Estimate::relative(self.area(vf, vr), least.area),
-            valid: self.holds(vf, vr),
+            valid: self.covers(wire_feed, travel_speed),
         }
     }
 
@@ -312,9 +316,27 @@ impl ProcessMap {
         stayed.reduce(f64::max).map(f64::to_radians)
     }
 
-    /// Whether beads at a wire feed and a travel speed, mm/s, lie where the map was measured.
+    /// Whether beads at a wire feed and a travel speed, mm/s, lie where the map holds and was measured.
     pub fn covers(&self, wire_feed: f64, travel_speed: f64) -> bool {
-        self.holds(wire_feed / M_PER_MIN, travel_speed / M_PER_MIN)
+        let (vf, vr) = (wire_feed / M_PER_MIN, travel_speed / M_PER_MIN);
+        let measured = self.measured.is_none_or(|region| region.contains(vf, vr));
+        measured && self.holds(vf, vr)
+    }
+
+    /// Where the map holds at the most, in words: by its file, or by its beads where settings, mm/s, lie within what the file says.
+    pub fn reach_around(&self, wire_feed: f64, travel_speed: f64) -> String {
+        let v = &self.validity;
+        let said = v.contains(wire_feed / M_PER_MIN, travel_speed / M_PER_MIN);
+        match self.measured.filter(|_| said) {
+            Some(region) => format!(
+                "the beads of the map {} were measured at {region}: the rest of its range is extrapolated",
+                self.id
+            ),
+            None => format!(
+                "the map {} holds from {:.2} to {:.2} m/min wire feed and from {:.2} to {:.2} m/min travel",
+                self.id, v.wire_feed.0, v.wire_feed.1, v.travel_speed.0, v.travel_speed.1
+            ),
+        }
     }
 
     /// Whether settings (m/min) lie where the map holds.
@@ -330,12 +352,11 @@ impl ProcessMap {
     pub fn warn_about(&self, bead: &Bead, reporter: &Reporter) {
         let (vf, vr) = (bead.wire_feed / M_PER_MIN, bead.travel_speed / M_PER_MIN);
         if !bead.valid {
-            let v = &self.validity;
             reporter.warn(
                 "outside-process-map",
                 format!(
-                    "{vf:.2} m/min wire feed at {vr:.3} m/min travel lies outside the map \"{}\" ({:.2} to {:.2} by {:.2} to {:.2} m/min): the bead size is extrapolated",
-                    self.id, v.wire_feed.0, v.wire_feed.1, v.travel_speed.0, v.travel_speed.1
+                    "{vf:.2} m/min wire feed at {vr:.3} m/min travel lies outside the map: the bead size is extrapolated; {}",
+                    self.reach_around(bead.wire_feed, bead.travel_speed)
                 ),
                 "choose settings inside the map, or measure beads there and extend it",
             );

@@ -1,5 +1,6 @@
 //! `meltpath measure` of records: energies per volume, how the source answers to the contact tube distance, what the voltage tells of it.
 
+mod copies;
 mod file;
 pub mod found;
 mod judge;
@@ -100,6 +101,7 @@ pub fn records(
         }
         observer.advance(1);
     }
+    told.extend(copies::copied(&beads));
     if !told.is_empty() {
         return Err(RecordsError::Refused { told });
     }
@@ -111,6 +113,7 @@ pub fn records(
     let response = response(&records, &beads);
     by_voltage(&records, &mut beads, response.as_ref());
     judge::warn(&records, &beads, &reporter);
+    judge::warn_of_map(&records, &beads, response.as_ref(), &reporter);
     let checks = judge::checks(&records, &beads, response.as_ref());
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let source = tables::source(&name, &records, response.as_ref(), &checks);

@@ -6,7 +6,9 @@
 
 mod axes;
 mod beside;
+mod circles;
 mod class;
+mod comments;
 mod crater;
 mod effect;
 mod expression;
@@ -40,6 +42,7 @@ use crate::held::Holds;
 use crate::positioner::Turning;
 use crate::program::{ArcValue, Instruction, Position, Program};
 use crate::scan::tidy;
+use comments::Comments;
 
 /// What the programs do not say themselves.
 #[derive(Debug, Clone, PartialEq)]
@@ -226,7 +229,7 @@ pub(crate) fn execution_order(
             positions: BTreeMap::new(),
             arguments: Vec::new(),
         },
-        schedules: settings.schedules.clone(),
+        comments: Comments::of(programs, &settings.arc_values),
         weaves: Vec::new(),
         weave: None,
         frames: (None, None),
@@ -258,6 +261,7 @@ pub(crate) fn execution_order(
     machine.run(0, Vec::new())?;
     machine.close_arcs();
     machine.tell_in_frames_of_beads();
+    machine.look_at_circles();
     machine.look_at_zones();
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
@@ -300,7 +304,8 @@ struct Machine<'a> {
     settings: &'a ExecutionSettings,
     tables: Vec<BTreeMap<u32, &'a Position>>,
     memory: Memory,
-    schedules: BTreeMap<(Option<u32>, u32), WeldSettings>,
+    /// What comments say of schedules.
+    comments: Comments,
     weaves: Vec<Weave>,
     /// The weave that is on, from 1.
     weave: Option<u32>,

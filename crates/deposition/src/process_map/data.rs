@@ -3,8 +3,9 @@
 use meltpath_base::settings::{Datum, Problem, Problems};
 use meltpath_base::{Pure, Reporter, Speed, settings};
 
-use super::file::{MapFile, between_keys};
+use super::file::{BeadsTable, MapFile, MapKind, between_keys};
 use super::measured::{Measured, law};
+use super::region::{Region, rows_outside};
 use super::{M_PER_MIN, ProcessMap, ProcessMapError, RelativeSigma};
 use crate::consumable::{Wire, lookup};
 
@@ -26,16 +27,66 @@ impl Validity {
     }
 }
 
-/// The feed factor: as written, or the mean of the feeds that were measured.
-fn feed_factor(map: &MapFile) -> Result<Datum<Pure>, Problem> {
-    if let Some(written) = &*map.feed_factor {
-        return Ok(written.clone());
-    }
-    let beads = map.beads.as_ref();
-    let Some((beads, feeds)) = beads.and_then(|b| Some((b, b.measured_feed.as_ref()?))) else {
-        let problem = Problem::new("the map does not say how much wire is fed");
-        return Err(problem.help("add feed_factor, wire fed over wire programmed, with its uncertainty; or beads.measured_feed"));
+/// Tells a range of validity that goes far beyond the beads.
+fn tell_beyond(file: &str, measured: Option<Region>, validity: &Validity, reporter: &Reporter) {
+    let written = [validity.wire_feed, validity.travel_speed];
+    let Some(region) = measured.filter(|region| region.is_exceeded(written)) else {
+        return;
     };
+    reporter.warn(
+        "validity-beyond-beads",
+        format!(
+            "{file}: [validity] goes beyond the beads by more than a tenth; they were measured at {region}. What lies beyond is extrapolated, and the check range cannot say there"
+        ),
+        "write in [validity] what was measured, or measure beads there",
+    );
+}
+
+/// Written and measured feed factors differ by at most so many standard uncertainties of their difference.
+const AGREE: f64 = 2.0;
+/// What is left of rounding where neither has an uncertainty.
+const DIGITS: f64 = 0.005;
+
+/// The feed factor: as written, or the mean of the feeds that were measured. Where both are there they must agree, and the written one
+/// is used, which is told.
+fn feed_factor(map: &MapFile, file: &str, reporter: &Reporter) -> Result<Datum<Pure>, Problem> {
+    let beads = map.beads.as_ref();
+    let measured = beads.and_then(measured_factor);
+    let Some(written) = &*map.feed_factor else {
+        let missing = || {
+            let problem = Problem::new("the map does not say how much wire is fed");
+            problem.help("add feed_factor, wire fed over wire programmed, with its uncertainty; or beads.measured_feed")
+        };
+        return measured.ok_or_else(missing);
+    };
+    let Some(measured) = measured else {
+        return Ok(written.clone());
+    };
+    let sigma = |factor: &Datum<Pure>| factor.uncertainty.unwrap_or(0.0);
+    let most = AGREE * sigma(written).hypot(sigma(&measured)) + DIGITS;
+    let told = format!(
+        "feed_factor says {}, and the rows of beads.measured_feed {:.3} over what was set",
+        written.0, measured.0
+    );
+    if (written.0 - measured.0).abs() > most {
+        let problem = map.feed_factor.problem(format!(
+            "{told}: they differ by more than their uncertainty leaves open ({most:.3})"
+        ));
+        return Err(problem.help(
+            "take out the one that is wrong: without feed_factor it is the mean of the rows",
+        ));
+    }
+    reporter.warn(
+        "two-feed-factors",
+        format!("{file}: {told}: they agree, and feed_factor is used"),
+        "take one of them out",
+    );
+    Ok(written.clone())
+}
+
+/// The mean of the feeds that were measured over those that were set, with their scatter.
+fn measured_factor(beads: &BeadsTable) -> Option<Datum<Pure>> {
+    let feeds = beads.measured_feed.as_ref()?;
     let ratios = feeds
         .iter()
         .zip(beads.rows.iter())
@@ -43,7 +94,7 @@ fn feed_factor(map: &MapFile) -> Result<Datum<Pure>, Problem> {
     let n = feeds.len() as f64;
     let mean = ratios.clone().sum::<f64>() / n;
     let squares = ratios.map(|r| (r - mean).powi(2)).sum::<f64>();
-    Ok(Datum {
+    Some(Datum {
         value: Pure(mean),
         uncertainty: Some((squares / (n - 1.0).max(1.0)).sqrt()),
         source: beads.source.value.clone(),
@@ -68,6 +119,14 @@ fn sigma_of_area(map: &MapFile, factor: &Datum<Pure>, wire: &Wire) -> Result<f64
     Ok((feed / factor.0).hypot(2.0 * diameter))
 }
 
+impl MapFile {
+    /// Wire fed over wire programmed, where the file says it: as written, else as measured with the beads.
+    pub fn fed(&self) -> Option<Datum<Pure>> {
+        let measured = || self.beads.as_ref().and_then(measured_factor);
+        self.feed_factor.value.clone().or_else(measured)
+    }
+}
+
 impl ProcessMap {
     /// Reads a process map file, for the section of `wire`; warns through `reporter` of what is odd about measured beads and
     /// accepted.
@@ -80,17 +139,27 @@ impl ProcessMap {
         wire: &Wire,
         reporter: &Reporter,
     ) -> Result<Self, ProcessMapError> {
-        let map = settings::parse(text, between_keys)?;
+        let map = settings::parse(text, |map| {
+            let mut problems = between_keys(map);
+            if problems.is_empty() {
+                problems.extend(rows_outside(map));
+            }
+            problems
+        })?;
         let range = |r: &[Speed; 2]| (r[0].0 / M_PER_MIN, r[1].0 / M_PER_MIN);
         let validity = Validity {
             wire_feed: range(&map.validity.wire_feed),
             travel_speed: range(&map.validity.travel_speed),
             source: format!("{}, {}", *map.validity.source, *map.validity.page),
         };
-        let feed_factor = feed_factor(&map).map_err(Problems::from)?;
+        let feed_factor = feed_factor(&map, file, reporter).map_err(Problems::from)?;
         let area = sigma_of_area(&map, &feed_factor, wire).map_err(Problems::from)?;
         let beads = Measured::of(&map, feed_factor.0, wire);
         beads.check(file, &map, reporter)?;
+        // a law that is given by numbers is not one of its rows
+        let given = map.width.is_some() && *map.kind == MapKind::PowerLaw;
+        let measured = beads.region().filter(|_| !given);
+        tell_beyond(file, measured, &validity, reporter);
         let (law, tried) = law(&map, &beads)?;
         let least = match &*map.relative_sigma {
             Some(written) => [*written.width, *written.height],
@@ -118,6 +187,7 @@ impl ProcessMap {
             electric: map.electric.value,
             tilt: map.tilt.value,
             validity,
+            measured,
             law,
             relative_sigma,
             tried,

@@ -7,6 +7,7 @@ use super::file::{MapFile, MapKind, Size};
 use super::grid::GridPart;
 use super::import::{MeasuredBead, Oddity, bead_of_wall, oddities};
 use super::kriging::{Fit, Form, Sample};
+use super::region::Region;
 use super::{Fitted, Grid, Law, M_PER_MIN, Tried};
 use crate::consumable::Wire;
 
@@ -140,6 +141,11 @@ impl Measured {
             width: Fit::new(form, &samples(|b| b.width))?,
             height: Fit::new(form, &samples(|b| b.height))?,
         })
+    }
+
+    /// Where the beads lie.
+    pub(super) fn region(&self) -> Option<Region> {
+        Region::of(&self.beads)
     }
 
     /// How many measurements there are: rows, walls or nodes.

@@ -314,11 +314,143 @@ fn set_and_measured_feed_are_told_apart() {
             .contains("how much wire is fed")
     );
     // a factor of which nobody says how sure it is
-    let blind = FACTOR.replace("uncertainty = 0.03, ", "");
+    let blind = FACTOR
+        .replace("uncertainty = 0.03, ", "")
+        .replace("value = 1.0", "value = 1.2");
     assert!(
         beads(&blind)
             .unwrap_err()
             .to_string()
             .contains("give feed_factor an uncertainty")
     );
+}
+
+/// Nine beads on three feeds by three speeds, without scatter.
+fn nine(feeds: [f64; 3], travels: [f64; 3]) -> Vec<[f64; 4]> {
+    let all = feeds.into_iter().flat_map(|f| travels.map(|t| (f, t)));
+    all.map(|(f, t)| {
+        let width = 2.0 * (f / t).sqrt();
+        let height = 1.5 * std::f64::consts::FRAC_PI_4 * f / t / width;
+        [f, t, width, height]
+    })
+    .collect()
+}
+
+/// What a map tells when it is read with a reporter.
+fn told(tables: &str) -> (ProcessMap, Vec<(String, String)>) {
+    let reporter = Reporter::new();
+    let text = format!(
+        "schema = 1\nid = \"mine\"\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\nefficiency = {{ value = 1.0, unit = \"1\", source = \"test\", page = \"-\" }}\n{tables}"
+    );
+    let wire = Wire::builtin("x90-ig-1.0").unwrap();
+    let map = ProcessMap::parse("mine", &text, &wire, &reporter).unwrap();
+    let all = reporter.warnings().into_iter();
+    (
+        map,
+        all.map(|w| (w.code.clone(), w.message.clone()))
+            .collect(),
+    )
+}
+
+fn best(range: &str, rows: &[[f64; 4]]) -> String {
+    format!(
+        "kind = \"best\"\n{FACTOR}{range}[beads]\nrows = {rows:?}\nsource = \"test\"\npage = \"-\"\n"
+    )
+}
+
+/// Rows outside what the same file writes of its validity are refused at the row; speeds in mm/s are told as such.
+#[test]
+fn rows_outside_the_written_validity_are_refused() {
+    let good = nine([4.0, 6.0, 8.0], [0.4, 0.6, 0.9]);
+    map(&best(RANGE, &good)).unwrap();
+    // the same speeds in mm/s: the ratios are right, so the metal balances
+    let scaled = |r: &[f64; 4]| [r[0] / 0.06, r[1] / 0.06, r[2], r[3]];
+    let wrong: Vec<[f64; 4]> = good.iter().map(scaled).collect();
+    let refused = map(&best(RANGE, &wrong)).unwrap_err().to_string();
+    assert!(
+        refused.contains("row 1: wire feed 66.66") && refused.contains("9 rows"),
+        "{refused}"
+    );
+    assert!(refused.contains("mm/s are 4.000 m/min"), "{refused}");
+    let mut one = good;
+    one[7][1] = 1.5;
+    let refused = map(&best(RANGE, &one)).unwrap_err().to_string();
+    assert!(
+        refused.contains("row 8: travel speed 1.5 m/min"),
+        "{refused}"
+    );
+    let walls = format!(
+        "kind = \"best\"\n{FACTOR}{RANGE}[walls]\nrows = [[4.0, -0.3, 0.8], [15.0, -0.3, 0.9]]\nsource = \"test\"\npage = \"-\"\n"
+    );
+    let refused = map(&walls).unwrap_err().to_string();
+    assert!(refused.contains("row 2: wire feed 15 m/min"), "{refused}");
+}
+
+/// A written range that goes far beyond the beads is told, and does not make the map know what is there.
+#[test]
+fn a_map_covers_where_its_beads_are() {
+    let (narrow, notes) = told(&best(RANGE, &nine([3.2, 6.0, 10.5], [0.3, 0.6, 1.25])));
+    assert_eq!(notes, []);
+    assert!(narrow.covers(11.0 * M_PER_MIN, 1.3 * M_PER_MIN));
+    let (wide, notes) = told(&best(RANGE, &nine([4.0, 6.0, 8.0], [0.4, 0.6, 0.9])));
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert_eq!(notes[0].0, "validity-beyond-beads");
+    assert!(
+        notes[0].1.contains("4.00 to 8.00 m/min wire feed"),
+        "{notes:?}"
+    );
+    let covers = |map: &ProcessMap, feed: f64, travel: f64| {
+        let bead = map.bead(feed * M_PER_MIN, travel * M_PER_MIN);
+        let covers = map.covers(bead.wire_feed, bead.travel_speed);
+        assert_eq!(bead.valid, covers);
+        covers
+    };
+    assert!(covers(&wide, 8.5, 0.95));
+    assert!(!covers(&wide, 10.0, 0.9) && !covers(&wide, 8.0, 1.2));
+    let why = wide.reach_around(10.0 * M_PER_MIN, 0.9 * M_PER_MIN);
+    assert!(why.contains("extrapolated"), "{why}");
+    let why = wide.reach_around(15.0 * M_PER_MIN, 0.9 * M_PER_MIN);
+    assert!(why.contains("holds from 3.00 to 11.00"), "{why}");
+    // beads along one ratio know nothing of others
+    let along: [[f64; 2]; 5] = [
+        [4.0, 0.4],
+        [6.0, 0.55],
+        [8.0, 0.85],
+        [9.0, 0.95],
+        [10.0, 0.95],
+    ];
+    let rows = along.map(|[f, t]| {
+        let scatter = 1.0 + 0.02 * (7.0 * f).sin();
+        let width = 6.3 * scatter;
+        [
+            f,
+            t,
+            width,
+            1.5 * std::f64::consts::FRAC_PI_4 * f / t / width,
+        ]
+    });
+    let (line, _) = told(&best(RANGE, &rows));
+    assert!(covers(&line, 7.0, 0.7) && !covers(&line, 10.0, 0.4));
+}
+
+/// A feed factor and measured feeds that contradict it are refused; where they agree it is told which is used.
+#[test]
+fn two_feed_factors_agree_or_are_refused() {
+    let rows = nine([4.0, 6.0, 8.0], [0.4, 0.6, 0.9]);
+    let text = |factor: f64, measured: f64| {
+        let feeds: Vec<f64> = rows.iter().map(|r| measured * r[0]).collect();
+        let factor = FACTOR.replace("value = 1.0", &format!("value = {factor}"));
+        format!(
+            "kind = \"best\"\n{factor}{RANGE}[beads]\nrows = {rows:?}\nmeasured_feed = {feeds:?}\nsource = \"test\"\npage = \"-\"\n"
+        )
+    };
+    let refused = map(&text(0.85, 1.05)).unwrap_err().to_string();
+    assert!(
+        refused.contains("feed_factor says 0.85") && refused.contains("1.050 over what was set"),
+        "{refused}"
+    );
+    let (agreed, notes) = told(&text(1.0, 1.04));
+    assert!((agreed.feed_factor.0 - 1.0).abs() < 1e-12);
+    let notes: Vec<_> = notes.iter().filter(|n| n.0 == "two-feed-factors").collect();
+    assert!(notes[0].1.contains("feed_factor is used"), "{notes:?}");
 }

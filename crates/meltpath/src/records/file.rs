@@ -1,5 +1,6 @@
 //! The file that tells what records of a deposit are of.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::settings::{self, Json, Kind, Node, Place, Problem, Reader, Value};
@@ -155,6 +156,35 @@ pub struct Records {
     pub own: Vec<PathBuf>,
 }
 
+/// What a record uses of its file, s.
+fn within(record: &RecordTable) -> [f64; 2] {
+    [
+        record.from.map_or(f64::NEG_INFINITY, |t| t.0),
+        record.to.map_or(f64::INFINITY, |t| t.0),
+    ]
+}
+
+/// Records of one file, by its name, that use the same time of it.
+fn named_twice(file: &RecordsFile) -> Vec<Problem> {
+    let mut before: BTreeMap<&str, Vec<(usize, [f64; 2])>> = BTreeMap::new();
+    let mut problems = Vec::new();
+    for (n, record) in (1..).zip(file.records.iter()) {
+        let [from, to] = within(record);
+        let others = before.entry(record.file.as_str()).or_default();
+        let shared = |other: &&(usize, [f64; 2])| other.1[0] < to && from < other.1[1];
+        if let Some((other, _)) = others.iter().find(shared) {
+            let message = format!(
+                "records {other} and {n} take the same time of {}: one of them is of another bead",
+                *record.file
+            );
+            let help = "name the file of that bead; of several beads in one file write from and to of each";
+            problems.push(record.file.problem(message).help(help));
+        }
+        others.push((n, [from, to]));
+    }
+    problems
+}
+
 /// Values that do not go together.
 fn check(file: &RecordsFile) -> Vec<Problem> {
     let told = [
@@ -186,6 +216,7 @@ fn check(file: &RecordsFile) -> Vec<Problem> {
             ),
         ),
     ]);
+    problems.extend(named_twice(file));
     for record in file.records.iter() {
         let (from, to) = (record.from.map(|t| t.0), record.to.map(|t| t.0));
         if let (Some(from), Some(to)) = (from, to)

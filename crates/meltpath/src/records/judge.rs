@@ -24,8 +24,13 @@ const FED: [f64; 2] = [70.0, 130.0];
 const DISTANCE: f64 = 1.5;
 /// How far a mean may be from the lines, %: what the uncertainty of the line that ships leaves open over its distances.
 const STRAIGHT: f64 = 5.0;
+/// Feed factors differ by at most so many standard uncertainties, and by what rounding leaves.
+const AGREE: f64 = 2.0;
+const DIGITS: f64 = 0.005;
 /// Slower samples, s, show no pulse and no short circuit.
 const SLOW: f64 = 1e-3;
+/// Samples of a cycle that show it.
+const SHOWN: f64 = 8.0;
 /// Steel: 12.6 J/mm³ melt it (Rouchon 2022, section 2.2). Densities, kg/m³.
 const STEEL: ([f64; 2], f64) = ([7000.0, 8500.0], 12.6);
 
@@ -34,7 +39,9 @@ pub(super) const OF_DISTANCE: [&str; 3] = ["distance", "straight", "falling"];
 
 /// What should be known of records.
 pub(super) fn warn(records: &Records, beads: &[Recorded], reporter: &Reporter) {
-    let slow = beads.iter().find(|b| b.steady.usual > SLOW);
+    // pulses that many samples show are there, however slow the samples
+    let shown = |b: &Recorded| b.steady.cycle.is_some_and(|c| c >= SHOWN * b.steady.usual);
+    let slow = beads.iter().find(|b| b.steady.usual > SLOW && !shown(b));
     if let Some(bead) = slow {
         reporter.warn(
             "slow-samples",
@@ -104,6 +111,44 @@ pub(super) fn warn(records: &Records, beads: &[Recorded], reporter: &Reporter) {
                 bead.setting.file
             ),
             "lift the torch by as much as the wall grows: layers.height of the job is that growth",
+        );
+    }
+}
+
+/// Tells a feed factor that is another than that of the process map beside: either changed, or the feed that was set is not the one written.
+pub(super) fn warn_of_map(
+    records: &Records,
+    beads: &[Recorded],
+    response: Option<&Response>,
+    reporter: &Reporter,
+) {
+    let Some(known) = records.map.as_ref().and_then(|(map, _)| map.fed()) else {
+        return;
+    };
+    let all: Vec<f64> = beads
+        .iter()
+        .filter_map(|b| Some(b.factor()?.value))
+        .collect();
+    let mean = || {
+        let [least, greatest] = ends(all.iter().copied());
+        let value = all.iter().sum::<f64>() / all.len() as f64;
+        (!all.is_empty()).then_some([value, (greatest - least) / 4.0])
+    };
+    let by_line = response.map(|r| r.feed.value.map(|v| v / r.programmed));
+    let Some([fed, sigma]) = by_line.or_else(mean) else {
+        return;
+    };
+    let most = AGREE * sigma.hypot(known.uncertainty.unwrap_or(0.0)) + DIGITS;
+    if (fed - known.0).abs() > most {
+        reporter.warn(
+            "feed-beside-map",
+            format!(
+                "the records fed {:.1} % of what was set, and their process map says {:.1} %: more apart than both leave open ({:.1} %)",
+                100.0 * fed,
+                100.0 * known.0,
+                100.0 * most
+            ),
+            "look at wire_feed of the records, which is what was set; where it is right, the source feeds otherwise than when the map was made: write feed_factor in the job",
         );
     }
 }

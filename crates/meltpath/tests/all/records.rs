@@ -454,3 +454,87 @@ fn what_is_wrong_with_records_is_told() {
     let verdict = told("x90-ig-1.0", "g3si-1.2").unwrap();
     assert_eq!(check(&verdict, "energy-least").status, Status::Pass);
 }
+
+/// A record is of one bead: the same file, or a copy of it, at several distances would show that nothing changes with them.
+#[test]
+fn records_that_are_one_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let three = [
+        [16.0, 16.8, 188.0, 10.2],
+        [13.0, 16.33, 192.7, 9.58],
+        [10.0, 15.87, 197.4, 8.96],
+    ];
+    let right = file(dir.path(), X90, 8.0, &three);
+    found(dir.path(), &right).unwrap();
+    let text = std::fs::read_to_string(&right).unwrap();
+    let again = write(
+        dir.path(),
+        "again.toml",
+        text.replace("bead-2.csv", "bead-1.csv"),
+    );
+    let told = found(dir.path(), &again).unwrap_err().to_string();
+    assert!(
+        told.contains("records 1 and 2 take the same time of bead-1.csv"),
+        "{told}"
+    );
+    // two pieces of one file are two beads
+    let halves = text
+        .replace(
+            "file = \"bead-1.csv\"",
+            "file = \"bead-1.csv\"\nto = \"7 s\"",
+        )
+        .replace(
+            "file = \"bead-2.csv\"",
+            "file = \"bead-1.csv\"\nfrom = \"7 s\"",
+        );
+    found(dir.path(), &write(dir.path(), "halves.toml", halves)).unwrap();
+    std::fs::copy(dir.path().join("bead-1.csv"), dir.path().join("bead-3.csv")).unwrap();
+    let told = found(dir.path(), &right).unwrap_err().to_string();
+    assert!(
+        told.contains("bead-1.csv and bead-3.csv hold the same samples"),
+        "{told}"
+    );
+}
+
+/// A feed that was set and is written wrong makes a feed factor that is not the map's, which is told.
+#[test]
+fn a_feed_factor_beside_the_maps_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let head = format!("{X90}map = \"x90-ig-1.0-cmt-m14\"\n");
+    let told = |set: f64| {
+        let three = [
+            [15.0, 16.65, 190.0, 9.3],
+            [12.0, 16.2, 194.5, 8.7],
+            [9.0, 15.7, 199.0, 8.1],
+        ];
+        let found = found(dir.path(), &file(dir.path(), &head, set, &three)).unwrap();
+        warned(&found.verdict, "feed-beside-map")
+    };
+    assert!(!told(8.0));
+    assert!(told(7.0));
+}
+
+/// Slow samples are told, but not where they show the pulses: 50 Hz at 500 Hz are ten samples a cycle, 120 Hz are four.
+#[test]
+fn pulses_that_slow_samples_show_are_pulses() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = |frequency: f64| {
+        let mut text = String::from("t (s),U (V),I (A),feed (m/min)\n");
+        for k in 0..=8 * 500 {
+            let time = f64::from(k) / 500.0;
+            let lit = (0.2..7.8).contains(&time);
+            let high = (time * frequency).fract() < 0.4;
+            let [u, i, v] = match (lit, high) {
+                (false, _) => [0.0; 3],
+                (true, true) => [26.0, 330.0, 9.0],
+                (true, false) => [17.0, 90.0, 9.0],
+            };
+            writeln!(text, "{time},{u},{i},{v}").unwrap();
+        }
+        let path = file(dir.path(), X90, 8.0, &WALL[..1]);
+        write(dir.path(), "bead-1.csv", text);
+        warned(&found(dir.path(), &path).unwrap().verdict, "slow-samples")
+    };
+    assert!(!told(50.0));
+    assert!(told(120.0));
+}

@@ -11,6 +11,8 @@ const PARTS: usize = 10;
 const LEAST: usize = 2 * PARTS;
 /// Least steady time, s: some thirty cycles of transfer.
 const SHORTEST: f64 = 0.5;
+/// Pulses change the current by more than this share of its mean.
+const SWING: f64 = 0.2;
 /// An arc that changes its direction has so large a share of its samples the other way round.
 const TURNED: f64 = 0.02;
 
@@ -70,6 +72,8 @@ pub struct Steady {
     pub power: Mean,
     /// How the poles lie.
     pub poles: Poles,
+    /// Usual time of a cycle of its pulses, s, as far as samples show them: the current goes up and down by more than a fifth of its mean.
+    pub cycle: Option<f64>,
 }
 
 /// Sums of a part, each with the time that it covers.
@@ -204,6 +208,7 @@ pub fn steady(file: &str, samples: &Samples, cut: Cut) -> Result<Steady, ArcErro
         feed,
         power,
         poles,
+        cycle: cycle(samples, &taken),
     })
 }
 
@@ -220,6 +225,23 @@ fn poles(samples: &Samples, taken: &[usize], threshold: f64) -> Poles {
         (false, true) => Poles::Negative,
         _ => Poles::Positive,
     }
+}
+
+/// The mean time from pulse to pulse in samples, s; nothing where fewer than [`PARTS`] are there.
+fn cycle(samples: &Samples, taken: &[usize]) -> Option<f64> {
+    let size = |k: &usize| samples.current[*k].abs();
+    let mean = taken.iter().map(size).sum::<f64>() / taken.len() as f64;
+    let (mut high, mut rises) = (None, Vec::new());
+    for k in taken {
+        let over = size(k) / mean - 1.0;
+        let now = (over.abs() > 0.5 * SWING).then_some(over > 0.0).or(high);
+        if (high, now) == (Some(false), Some(true)) {
+            rises.push(samples.times[*k]);
+        }
+        high = now;
+    }
+    let (first, last) = (rises.first()?, rises.last()?);
+    (rises.len() > PARTS).then(|| (last - first) / (rises.len() - 1) as f64)
 }
 
 /// The sums of each part of the steady time.

@@ -266,7 +266,11 @@ pub(super) fn numbered(text: &str, word: &str) -> Option<u32> {
 pub(super) fn told_bead(text: &str) -> Option<u32> {
     let words: Vec<&str> = text.split_whitespace().collect();
     match words[..] {
-        ["Layer", _, "bead", number] => number.parse().ok(),
+        [layer, _, bead, number]
+            if layer.eq_ignore_ascii_case("Layer") && bead.eq_ignore_ascii_case("bead") =>
+        {
+            number.parse().ok()
+        }
         _ => numbered(text, "Pass"),
     }
 }
@@ -275,11 +279,12 @@ pub(super) fn told_bead(text: &str) -> Option<u32> {
 pub(super) fn told_schedule(text: &str) -> Option<(u32, f64)> {
     let number = numbered(text, "Schedule")?;
     let words: Vec<&str> = text.split_whitespace().collect();
-    let [_, _, "WFS", feed, "m/min"] = words[..] else {
+    let [_, _, wfs, feed, unit] = words[..] else {
         return None;
     };
     let feed: f64 = feed.parse().ok()?;
-    (feed > 0.0 && feed.is_finite()).then_some((number, feed / 0.06))
+    let meant = wfs.eq_ignore_ascii_case("WFS") && unit.eq_ignore_ascii_case("m/min");
+    (meant && feed > 0.0 && feed.is_finite()).then_some((number, feed / 0.06))
 }
 
 #[cfg(test)]
@@ -291,8 +296,15 @@ mod tests {
         let told = told_schedule("Schedule 2 WFS 8.00 m/min").unwrap();
         assert_eq!(told.0, 2);
         assert!((told.1 - 8000.0 / 60.0).abs() < 1e-9);
+        // controllers that know capitals alone, and editors that know none
+        for other in ["SCHEDULE 2 WFS 8.00 M/MIN", "schedule 2 wfs 8.00 m/min"] {
+            assert_eq!(told_schedule(other), Some(told));
+        }
+        assert_eq!(told_bead("layer 12 bead 3"), Some(3));
         for other in [
             "Schedule 2",
+            "Schedule 2 feed 8 m/min",
+            "Schedule 2 WFS 8 mm/s",
             "Schedule two WFS 8 m/min",
             "Schedule 2 WFS -8 m/min",
         ] {

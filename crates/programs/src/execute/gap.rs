@@ -35,6 +35,11 @@ pub enum Missing {
     /// A word that changes where a move goes.
     #[error("the place of this move is changed by {0}: the move is left out")]
     Offset(String),
+    /// A circular move whose points tell no circle.
+    #[error(
+        "the points of this circular move tell no circle ({0}): it is laid as if it were straight"
+    )]
+    Circle(&'static str),
     /// A further motion group that stands elsewhere than at zero.
     #[error("motion group {0} moves the part or the robot, and only group 1 is simulated")]
     Positioner(u32),
@@ -87,6 +92,9 @@ pub enum Missing {
     /// An arc word whose setting of the source is not known.
     #[error("which wire feed {0} sets is not known")]
     Schedule(String),
+    /// An arc word whose schedule comments tell otherwise, or not for its procedure: the word, and why.
+    #[error("which wire feed {0} sets is not known: {1}")]
+    ScheduleSaid(String, String),
     /// An end of the arc of which it is not known how much metal it lays in the crater.
     #[error("how long {0} stands on the crater, or what it feeds there, is not known")]
     Crater(String),
@@ -216,6 +224,7 @@ impl Missing {
     pub fn open(&self) -> Open {
         match self {
             Missing::Schedule(_)
+            | Missing::ScheduleSaid(..)
             | Missing::Crater(_)
             | Missing::CraterFeed(_)
             | Missing::WaitWithArc
@@ -232,6 +241,7 @@ impl Missing {
             Missing::Weave
             | Missing::WeaveBeyond(_)
             | Missing::Position(_)
+            | Missing::Circle(_)
             | Missing::Begins
             | Missing::JointPosition(..)
             | Missing::Offset(_)
@@ -268,6 +278,9 @@ impl Missing {
             Missing::Position(_) | Missing::Offset(_) => {
                 "give the position in the program by place and orientation, its offset included"
             }
+            Missing::Circle(_) => {
+                "give three points of a circle that are apart; a full circle takes two moves"
+            }
             Missing::Positioner(_) | Missing::Coordinated => {
                 "tell the positioner in the cell file ([program.positioner]; with its COORD on every move of a bead), or export the part of the program in which it stands at zero"
             }
@@ -298,6 +311,9 @@ impl Missing {
             }
             Missing::Schedule(_) => {
                 "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), or what the numbers mean (arc_values)"
+            }
+            Missing::ScheduleSaid(..) => {
+                "list what it sets in the cell file ([[program.schedule]]: number, procedure, wire_feed), or leave one comment of each schedule and one procedure"
             }
             Missing::Crater(_) => {
                 "list the schedule with its crater_time in the cell file ([[program.schedule]]), or write time and values as arc_values says them (Arc End[1,7.0,18.5,0.5s]); 0.0s fills no crater"

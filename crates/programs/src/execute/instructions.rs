@@ -34,7 +34,7 @@ impl Machine<'_> {
                 if *mark == CommentMark::Remark {
                     self.layer = numbered(text, "Layer").or(self.layer);
                     self.bead = told_bead(text).or(self.bead);
-                    self.learn(text);
+                    self.comments.hear(text);
                 }
             }
             Instruction::Jump(label) => return self.jump(frame.program, *label),

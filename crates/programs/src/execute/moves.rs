@@ -4,6 +4,7 @@ use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
 use super::beside::{Beside, Place, turning};
+use super::circles::no_way;
 use super::effect::{
     called_on_the_way, coordinated, first_word, joints_at, leaves_beads, moves_target,
 };
@@ -464,6 +465,10 @@ impl Machine<'_> {
                 continue;
             };
             let points = [0, 1, 2].map(|i| at(&self.executed, three[i]));
+            if let Some(why) = no_way(points[0], points[1], points[2]) {
+                self.tell_circle(pair[1], why);
+                continue;
+            }
             let Some(arc) = Arc::through(points[0], points[1], points[2]) else {
                 continue;
             };

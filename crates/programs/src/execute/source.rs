@@ -3,7 +3,7 @@
 
 use meltpath_toolpath::{Weave, WeaveShape};
 
-use super::effect::told_schedule;
+use super::comments::procedure;
 use super::{ArcValue, Machine, Missing, ProgramError, Refusal, Source, WeldSettings};
 use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect};
 use crate::scan::{bracket, number, strip_prefix};
@@ -16,10 +16,12 @@ const DWELLS: std::ops::RangeInclusive<f64> = 0.0..=10.0;
 const FASTEST_FEED: f64 = 1e4;
 
 /// What the values of an arc word set.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Set {
     /// The schedule that they call, where it is known.
     pub(super) schedule: Option<WeldSettings>,
+    /// Why comments do not tell it, where they speak of it.
+    unclear: Option<String>,
     /// The wire feed that they say themselves, mm/s.
     feed: Option<f64>,
 }
@@ -35,18 +37,6 @@ impl Set {
 }
 
 impl Machine<'_> {
-    /// A schedule that a comment tells, where the cell does not know better.
-    pub(super) fn learn(&mut self, comment: &str) {
-        if let Some((number, wire_feed)) = told_schedule(comment) {
-            let told = WeldSettings {
-                wire_feed,
-                speed: None,
-                crater: None,
-            };
-            self.schedules.entry((None, number)).or_insert(told);
-        }
-    }
-
     /// Switches the arc.
     pub(super) fn switch(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
         match word.action {
@@ -55,9 +45,17 @@ impl Machine<'_> {
                 if self.arc.as_ref().is_some_and(same) {
                     return Err(self.refuse(Refusal::ArcOn));
                 }
-                let source = self.source(word);
+                let used = procedure(word, &self.settings.arc_values);
+                self.comments.uses(used.and_then(|p| self.memory.index(p)));
+                let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
+                let set = self.set_by(word.style, &values);
+                let source = set.source();
                 if source.wire_feed.is_none() {
-                    self.gap(Missing::Schedule(word.to_string()));
+                    let word = word.to_string();
+                    self.gap(match set.unclear {
+                        Some(why) => Missing::ScheduleSaid(word, why),
+                        None => Missing::Schedule(word),
+                    });
                 }
                 self.arc = Some((word.arguments.clone(), source));
             }
@@ -71,12 +69,6 @@ impl Machine<'_> {
             }
         }
         Ok(())
-    }
-
-    /// What an arc word sets, as far as it is known.
-    fn source(&self, word: &ArcWord) -> Source {
-        let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
-        self.set_by(word.style, &values).source()
     }
 
     /// What the values of an arc word set, as far as it is known.
@@ -115,16 +107,39 @@ impl Machine<'_> {
             }
             _ => {}
         }
-        let set = match called {
-            Some(known) => known.as_ref(),
-            None => schedule.and_then(|number| {
-                let own = self.schedules.get(&(procedure, number));
-                own.or_else(|| self.schedules.get(&(None, number)))
-            }),
+        let (set, unclear) = match (called, schedule) {
+            (Some(known), _) => (*known, None),
+            (None, Some(number)) => self.scheduled(procedure, number),
+            (None, None) => (None, None),
         };
         Set {
-            schedule: set.copied(),
+            schedule: set,
+            unclear,
             feed: feed.filter(|f| *f > 0.0 && *f <= FASTEST_FEED),
+        }
+    }
+
+    /// What a schedule of a procedure sets: as the cell's table has it, else as comments say it; and why they do not.
+    fn scheduled(
+        &self,
+        procedure: Option<u32>,
+        number: u32,
+    ) -> (Option<WeldSettings>, Option<String>) {
+        let table = &self.settings.schedules;
+        let listed = table.get(&(procedure, number));
+        if let Some(listed) = listed.or_else(|| table.get(&(None, number))) {
+            return (Some(*listed), None);
+        }
+        match self.comments.feed(procedure, number) {
+            Ok(feed) => {
+                let told = |wire_feed| WeldSettings {
+                    wire_feed,
+                    speed: None,
+                    crater: None,
+                };
+                (feed.map(told), None)
+            }
+            Err(why) => (None, Some(why)),
         }
     }
 

@@ -7,7 +7,8 @@ use meltpath_geometry::Pose;
 use meltpath_programs::frame_text::shown;
 use meltpath_programs::said_frames::SaidFrames;
 use meltpath_programs::{
-    CellProgramming, Dialect, ExecutionSettings, Missing, Reading, dialect, read_toolpath,
+    CellProgramming, Dialect, ExecutionSettings, Missing, Reading, WeldSettings, dialect,
+    read_toolpath,
 };
 
 use crate::dialects::cell;
@@ -280,4 +281,136 @@ fn a_program_that_runs_on_the_way_is_told_once() {
     };
     let read = read_toolpath(&[lines(word)], &known, 1000.0, &Reporter::new());
     assert_eq!(read.unwrap().gaps, []);
+}
+
+/// A circular move whose points tell no circle is told at its line; a point between the ends of a straight line tells that line.
+#[test]
+fn circular_moves_that_are_no_circle_are_told() {
+    let gaps = |first: &str, via: &str, end: &str| {
+        let start = format!("L P[{first}] 50mm/sec FINE Arc Start[1]");
+        let round = format!("C P[{via}]    \n    :    P[{end}] 10mm/sec FINE");
+        let lines = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8.00 m/min",
+            &start,
+            &round,
+            "L P[3] 10mm/sec FINE Arc End[1]",
+        ];
+        let gaps = execute(&[program("P", &lines)]).unwrap().gaps;
+        let told = gaps.into_iter().map(|g| (g.line, g.why));
+        told.collect::<Vec<_>>()
+    };
+    assert_eq!(gaps("1", "2", "3"), []);
+    // ends where it begins, over its start, over its end, over a point beyond its end
+    for [first, via, end] in [
+        ["1", "2", "1"],
+        ["1", "1", "2"],
+        ["1", "2", "2"],
+        ["1", "3", "2"],
+    ] {
+        let told = gaps(first, via, end);
+        assert!(
+            matches!(told[..], [(5, Missing::Circle(_))]),
+            "{first} {via} {end}: {told:?}"
+        );
+    }
+}
+
+/// A travel of that kind leaves the way of the arm open, not the metal; a chain of circle-arc moves is looked at as well.
+#[test]
+fn travels_and_chains_that_are_no_circle_are_told() {
+    let read = |lines: &[&str]| {
+        let frames = ["UFRAME_NUM=1", "UTOOL_NUM=1", "!Schedule 1 WFS 8.00 m/min"];
+        execute(&[program("P", &[&frames[..], lines].concat())]).unwrap()
+    };
+    let travel = read(&[
+        "L P[1] 50mm/sec FINE",
+        "C P[3]    \n    :    P[2] 10mm/sec FINE",
+        "L P[1] 50mm/sec FINE Arc Start[1]",
+        "L P[3] 10mm/sec FINE Arc End[1]",
+    ]);
+    assert_eq!(travel.gaps, []);
+    let open: Vec<_> = travel.left_out.iter().map(|g| g.line).collect();
+    assert_eq!(open, [5]);
+    let chain = read(&[
+        "L P[2] 50mm/sec FINE Arc Start[1]",
+        "A P[1] 10mm/sec CNT100",
+        "A P[3] 10mm/sec CNT100",
+        "A P[2] 10mm/sec FINE Arc End[1]",
+    ]);
+    let told = chain
+        .gaps
+        .iter()
+        .filter(|g| matches!(g.why, Missing::Circle(_)));
+    assert_eq!(told.map(|g| g.line).collect::<Vec<_>>(), [6, 7]);
+}
+
+/// Two comments on one schedule that contradict each other tell nothing, wherever the second stands; both lines are named.
+#[test]
+fn comments_that_contradict_each_other_tell_no_feed() {
+    let gaps = |second: &str| {
+        let lines = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8.00 m/min",
+            "L P[1] 50mm/sec FINE Arc Start[1]",
+            "L P[2] 10mm/sec FINE",
+            "L P[3] 10mm/sec FINE Arc End[1]",
+            second,
+        ];
+        execute(&[program("P", &lines)]).unwrap().gaps
+    };
+    assert_eq!(gaps("!Schedule 1 WFS 8.0 m/min"), []);
+    assert_eq!(gaps("!Schedule 2 WFS 4.00 m/min"), []);
+    let told = gaps("!Schedule 1 WFS 4.00 m/min");
+    assert_eq!((told.len(), told[0].line), (1, 4), "{told:?}");
+    assert_eq!(
+        told[0].why.to_string(),
+        "which wire feed Arc Start[1] sets is not known: of schedule 1, line 3 says 8 m/min and line 7 says 4 m/min"
+    );
+}
+
+/// A schedule belongs to its weld procedure: a comment that names none counts where there is one procedure, or the cell's table tells.
+#[test]
+fn a_comment_is_of_the_only_procedure() {
+    let lines = |second: &str| {
+        let second = format!("L P[1] 50mm/sec FINE Weld Start[{second},1]");
+        let lines = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8.00 m/min",
+            "R[1]=2",
+            "L P[1] 50mm/sec FINE Weld Start[1,1]",
+            "L P[2] 10mm/sec FINE Weld End[1,1]",
+            &second,
+            "L P[3] 10mm/sec FINE Weld End[1,1]",
+        ];
+        program("P", &lines)
+    };
+    let gaps = |second: &str, settings: &ExecutionSettings| {
+        let read = read_toolpath(&[lines(second)], settings, 1000.0, &Reporter::new());
+        let gaps = read.unwrap().gaps.into_iter();
+        gaps.map(|g| (g.line, g.why.to_string()))
+            .collect::<Vec<_>>()
+    };
+    let bare = ExecutionSettings::default();
+    assert_eq!(gaps("1", &bare), []);
+    let why = "sets is not known: the comment on schedule 1 names no weld procedure, and the program uses procedures 1 and 2";
+    let both = [(5, "1"), (7, "2")]
+        .map(|(line, p)| (line, format!("which wire feed Weld Start[{p},1] {why}")));
+    assert_eq!(gaps("2", &bare), both);
+    // a register tells its procedure when it comes to it
+    let told = gaps("R[1]", &bare);
+    assert_eq!((told.len(), told[0].0), (1, 7), "{told:?}");
+    let set = |wire_feed| WeldSettings {
+        wire_feed,
+        speed: None,
+        crater: None,
+    };
+    let listed = ExecutionSettings {
+        schedules: BTreeMap::from([((Some(1), 1), set(133.0)), ((Some(2), 1), set(66.0))]),
+        ..ExecutionSettings::default()
+    };
+    assert!(gaps("2", &listed).is_empty());
 }

@@ -131,7 +131,6 @@ pub(crate) fn range_check(
     }
     let first = first?;
     let per_minute = |v: f64| 0.06 * v;
-    let range = &settings.map.validity;
     let check = Check::judge(
         "range",
         "beads laid at settings outside the process map",
@@ -139,14 +138,10 @@ pub(crate) fn range_check(
         Limit::AtMost(0.0),
     );
     let reason = format!(
-        "first at {:.2} m/min wire feed and {:.3} m/min travel; the map {} holds from {:.2} to {:.2} and from {:.2} to {:.2} m/min",
+        "first at {:.2} m/min wire feed and {:.3} m/min travel; {}",
         per_minute(first.wire_feed),
         per_minute(first.speed),
-        settings.map.id,
-        range.wire_feed.0,
-        range.wire_feed.1,
-        range.travel_speed.0,
-        range.travel_speed.1
+        settings.map.reach_around(first.wire_feed, first.speed)
     );
     let check = Check {
         status: Status::CannotSay,
