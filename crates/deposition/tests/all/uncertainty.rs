@@ -347,8 +347,7 @@ fn told(tables: &str) -> (ProcessMap, Vec<(String, String)>) {
     let all = reporter.warnings().into_iter();
     (
         map,
-        all.map(|w| (w.code.clone(), w.message.clone()))
-            .collect(),
+        all.map(|w| (w.code.clone(), w.message.clone())).collect(),
     )
 }
 

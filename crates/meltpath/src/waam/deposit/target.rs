@@ -6,13 +6,13 @@
 //! allowance.
 
 use meltpath_base::{Cancelled, Observer, Reporter};
-use meltpath_geometry::boolean::PlanarError;
+use meltpath_geometry::boolean::{PlanarError, difference};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::raster::{Grid, Mask, rasterise};
 use meltpath_geometry::section::{SliceError, SlicePlan, slice};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_geometry::{Mesh, Plane};
+use meltpath_geometry::{Mesh, Plane, Region};
 use rayon::prelude::*;
 
 use super::stock::{SurfacePoint, points, reach, stock};
@@ -62,6 +62,19 @@ pub struct Target {
     pub volume: f64,
     /// Metal asked for beyond the finished part.
     pub allowance: Allowance,
+    /// What of the part lies beyond the height map, where no metal is.
+    pub beyond: Option<Beyond>,
+}
+
+/// The part of a finished part that lies beyond a height map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beyond {
+    /// Its volume, mm³.
+    pub volume: f64,
+    /// Its place farthest from the map, mm.
+    pub at: DVec3,
+    /// The height of the part, mm.
+    pub height: f64,
 }
 
 impl Target {
@@ -100,6 +113,25 @@ impl Target {
             })
             .collect::<Result<_, PlanarError>>()?;
         observer.check()?;
+        let (low, high) = map.bounds();
+        let areas = slices
+            .par_iter()
+            .map(|s| area_beyond(&s.regions, low, high));
+        let areas: Vec<f64> = areas.collect::<Result<_, PlanarError>>()?;
+        let away = |p: &DVec3| {
+            let p = p.truncate();
+            (low - p).max(p - high).max_element()
+        };
+        let farthest = mesh
+            .vertices
+            .iter()
+            .max_by(|a, b| away(a).total_cmp(&away(b)));
+        let volume = thickness * areas.iter().sum::<f64>();
+        let beyond = farthest.filter(|_| volume > 0.0).map(|at| Beyond {
+            volume,
+            at: *at,
+            height: top,
+        });
         let slabs = |length: f64| (length / thickness).round() as usize;
         let (below, above) = (slabs(allowance.top), slabs(allowance.side));
         let levels = (0..count + below)
@@ -121,8 +153,28 @@ impl Target {
             surface: machined(points(mesh, map.cell), map.cell),
             volume: mesh.volume(),
             allowance,
+            beyond,
         })
     }
+}
+
+/// The area of regions beyond a rectangle, mm².
+fn area_beyond(regions: &[Region], low: DVec2, high: DVec2) -> Result<f64, PlanarError> {
+    let inside = |p: &DVec2| p.cmpge(low).all() && p.cmple(high).all();
+    if regions.iter().flat_map(|r| &r.outer).all(inside) {
+        return Ok(0.0);
+    }
+    let map = Region {
+        outer: vec![
+            low,
+            DVec2::new(high.x, low.y),
+            high,
+            DVec2::new(low.x, high.y),
+        ],
+        holes: Vec::new(),
+    };
+    let beyond = difference(regions, &[map])?;
+    Ok(beyond.iter().map(Region::area).sum())
 }
 
 /// The build against the target.
@@ -162,6 +214,10 @@ pub fn compare(
         .map(|iy| row(&map, target, iy))
         .collect();
     let mut result = Comparison::default();
+    if let Some(Beyond { volume, at, height }) = target.beyond {
+        result.lack = volume;
+        result.lack_at = Some((at, height));
+    }
     for sums in columns {
         result.lack += sums.lack * area;
         result.excess += sums.excess * area;
@@ -287,8 +343,6 @@ pub fn spread(mut heights: Vec<f64>) -> Option<f64> {
 mod tests {
     use super::*;
     use meltpath_base::Silent;
-    use meltpath_geometry::Region;
-    use meltpath_geometry::raster::{Grid, rasterise};
 
     const EVEN: Allowance = Allowance {
         side: 2.0,
@@ -349,6 +403,7 @@ mod tests {
                 surface,
                 volume: 4000.0,
                 allowance: EVEN,
+                beyond: None,
             },
         )
     }
@@ -408,6 +463,26 @@ mod tests {
         // nothing built: everything lacks
         let c = compare(&map, &target, |h| h);
         assert!((c.lack - part).abs() < 1e-6 * part && c.excess == 0.0);
+    }
+
+    /// What lies beyond the map lacks all the same: where no bead came there is no metal.
+    #[test]
+    fn a_part_beyond_the_map_lacks_all_that_is_not_on_it() {
+        let mesh = meltpath_geometry::shapes::cone(20.0, 10.0, 12.0);
+        for high in [0.0, 10.0, -21.0] {
+            let map =
+                HeightMap::new(DVec2::splat(-25.0), DVec2::new(high, 25.0), 0.25, 0.0).unwrap();
+            let target = Target::new(&mesh, EVEN, &map, &Reporter::new(), &Silent).unwrap();
+            let c = compare(&map, &target, |h| h);
+            assert!(
+                (c.lack - target.volume).abs() < 5e-3 * target.volume,
+                "{} {}",
+                c.lack,
+                target.volume
+            );
+            let beyond = target.beyond.unwrap();
+            assert!(beyond.at.x > 19.0, "{beyond:?}");
+        }
     }
 
     #[test]
