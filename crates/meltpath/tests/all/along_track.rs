@@ -111,10 +111,11 @@ fn a_track_of_which_the_cell_says_nothing_is_asked_for() {
     let dir = tempfile::tempdir().unwrap();
     let told = refusal(&job(dir.path(), "", "[\"kuka-krl\"]"));
     says(&told, &["is told the track", "[program.track]"]);
-    let told = refusal(&job(
-        dir.path(),
-        TRACK,
-        "[\"kuka-krl\", \"yaskawa-inform\"]",
-    ));
+    let job = job(dir.path(), TRACK, "[\"yaskawa-inform\"]");
+    // an arm whose stance INFORM tells
+    let arm = std::fs::read_to_string(dir.path().join("robot.toml")).unwrap();
+    let arm = arm.replacen("maker = \"kuka\"", "maker = \"yaskawa\"", 1);
+    write(dir.path(), "robot.toml", arm);
+    let told = refusal(&job);
     says(&told, &["Yaskawa INFORM", "in pulses"]);
 }

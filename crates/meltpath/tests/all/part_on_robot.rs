@@ -355,14 +355,11 @@ fn a_wrist_comes_near_a_torch_that_stands() {
     let path = job.dir.path().join("robot.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let links = text.lines().find(|l| l.starts_with("links")).unwrap();
-    let (before, _) = links.rsplit_once(',').unwrap();
-    std::fs::write(
-        &path,
-        text.replacen(links, &format!("{before}, \"250 mm\"]"), 1),
-    )
-    .unwrap();
+    let mut radii: Vec<&str> = links.split(", ").collect();
+    radii[4] = "\"400 mm\"";
+    std::fs::write(&path, text.replacen(links, &radii.join(", "), 1)).unwrap();
     let (_, verdict) = job.run();
     let collision = check(&verdict, "collision");
     assert_eq!(collision.status, Status::Fail, "{collision:?}");
-    assert!(collision.reason.contains("link 6"), "{collision:?}");
+    assert!(collision.reason.contains("link 5"), "{collision:?}");
 }
