@@ -12,7 +12,7 @@ mod kriging;
 mod measured;
 mod region;
 
-pub use data::Validity;
+pub use data::{Validity, feeds_may_differ};
 pub use file::{MapFile, MapKind, TiltTable};
 pub use grid::{Grid, GridPart};
 pub use import::Oddity;

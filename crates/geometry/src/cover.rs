@@ -96,16 +96,7 @@ impl Bounds {
     }
 
     fn region(self) -> Region {
-        let Bounds { low, high } = self;
-        Region {
-            outer: vec![
-                low,
-                DVec2::new(high.x, low.y),
-                high,
-                DVec2::new(low.x, high.y),
-            ],
-            holes: Vec::new(),
-        }
+        Region::rectangle(self.low, self.high)
     }
 
     fn area(self) -> f64 {

@@ -17,6 +17,21 @@ pub struct Region {
 }
 
 impl Region {
+    /// A rectangle along the axes between two corners, mm.
+    ///
+    /// ```
+    /// use meltpath_geometry::Region;
+    /// use meltpath_geometry::math::DVec2;
+    /// assert_eq!(Region::rectangle(DVec2::ZERO, DVec2::new(3.0, 2.0)).area(), 6.0);
+    /// ```
+    pub fn rectangle(low: DVec2, high: DVec2) -> Region {
+        let (right, left) = (DVec2::new(high.x, low.y), DVec2::new(low.x, high.y));
+        Region {
+            outer: vec![low, right, high, left],
+            holes: Vec::new(),
+        }
+    }
+
     /// Area inside the outer ring and outside the holes, mm².
     pub fn area(&self) -> f64 {
         signed_area(&self.outer) + self.holes.iter().map(|h| signed_area(h)).sum::<f64>()

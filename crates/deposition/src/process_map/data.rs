@@ -42,10 +42,11 @@ fn tell_beyond(file: &str, measured: Option<Region>, validity: &Validity, report
     );
 }
 
-/// Written and measured feed factors differ by at most so many standard uncertainties of their difference.
-const AGREE: f64 = 2.0;
-/// What is left of rounding where neither has an uncertainty.
-const DIGITS: f64 = 0.005;
+/// By how much two feed factors of these standard uncertainties may differ, by chance and by rounding, and be of one feed: twice the
+/// uncertainty of their difference and 0.005. Ours, without a source.
+pub fn feeds_may_differ([a, b]: [f64; 2]) -> f64 {
+    2.0 * a.hypot(b) + 0.005
+}
 
 /// The feed factor: as written, or the mean of the feeds that were measured. Where both are there they must agree, and the written one
 /// is used, which is told.
@@ -63,7 +64,7 @@ fn feed_factor(map: &MapFile, file: &str, reporter: &Reporter) -> Result<Datum<P
         return Ok(written.clone());
     };
     let sigma = |factor: &Datum<Pure>| factor.uncertainty.unwrap_or(0.0);
-    let most = AGREE * sigma(written).hypot(sigma(&measured)) + DIGITS;
+    let most = feeds_may_differ([sigma(written), sigma(&measured)]);
     let told = format!(
         "feed_factor says {}, and the rows of beads.measured_feed {:.3} over what was set",
         written.0, measured.0

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Reporter, Status};
+use meltpath_deposition::process_map::feeds_may_differ;
 use meltpath_perception::arc::steady::{Mean, Poles};
 
 use super::file::Records;
@@ -24,9 +25,6 @@ const FED: [f64; 2] = [70.0, 130.0];
 const DISTANCE: f64 = 1.5;
 /// How far a mean may be from the lines, %: what the uncertainty of the line that ships leaves open over its distances.
 const STRAIGHT: f64 = 5.0;
-/// Feed factors differ by at most so many standard uncertainties, and by what rounding leaves.
-const AGREE: f64 = 2.0;
-const DIGITS: f64 = 0.005;
 /// Slower samples, s, show no pulse and no short circuit.
 const SLOW: f64 = 1e-3;
 /// Samples of a cycle that show it.
@@ -138,7 +136,7 @@ pub(super) fn warn_of_map(
     let Some([fed, sigma]) = by_line.or_else(mean) else {
         return;
     };
-    let most = AGREE * sigma.hypot(known.uncertainty.unwrap_or(0.0)) + DIGITS;
+    let most = feeds_may_differ([sigma, known.uncertainty.unwrap_or(0.0)]);
     if (fed - known.0).abs() > most {
         reporter.warn(
             "feed-beside-map",

@@ -24,12 +24,7 @@ pub(super) fn islands(region: &Region, island: f64) -> Result<[Vec<Region>; 2], 
         for j in 0..counts.y as u32 {
             for i in (0..counts.x as u32).filter(|i| (i + j) % 2 == colour) {
                 let a = low + edge * DVec2::new(f64::from(i), f64::from(j));
-                let b = a + edge;
-                let outer = vec![a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)];
-                squares.push(Region {
-                    outer,
-                    holes: Vec::new(),
-                });
+                squares.push(Region::rectangle(a, a + edge));
             }
         }
         intersection(std::slice::from_ref(region), &squares)

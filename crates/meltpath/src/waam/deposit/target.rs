@@ -164,16 +164,7 @@ fn area_beyond(regions: &[Region], low: DVec2, high: DVec2) -> Result<f64, Plana
     if regions.iter().flat_map(|r| &r.outer).all(inside) {
         return Ok(0.0);
     }
-    let map = Region {
-        outer: vec![
-            low,
-            DVec2::new(high.x, low.y),
-            high,
-            DVec2::new(low.x, high.y),
-        ],
-        holes: Vec::new(),
-    };
-    let beyond = difference(regions, &[map])?;
+    let beyond = difference(regions, &[Region::rectangle(low, high)])?;
     Ok(beyond.iter().map(Region::area).sum())
 }
 
@@ -350,11 +341,7 @@ mod tests {
     };
 
     fn rectangle(lo: f64, hi: f64) -> Vec<Region> {
-        let (a, b) = (DVec2::splat(lo), DVec2::splat(hi));
-        vec![Region {
-            outer: vec![a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)],
-            holes: vec![],
-        }]
+        vec![Region::rectangle(DVec2::splat(lo), DVec2::splat(hi))]
     }
 
     /// A block 20 x 20 x 10 mm with 2 mm of allowance on a map of 40 x 40 mm.
