@@ -156,7 +156,7 @@ impl ProcessMap {
         let feed_factor = feed_factor(&map, file, reporter).map_err(Problems::from)?;
         let area = sigma_of_area(&map, &feed_factor, wire).map_err(Problems::from)?;
         let beads = Measured::of(&map, feed_factor.0, wire);
-        beads.check(file, &map, reporter)?;
+        beads.check(file, &map, (wire, area), reporter)?;
         // a law that is given by numbers is not one of its rows
         let given = map.width.is_some() && *map.kind == MapKind::PowerLaw;
         let measured = beads.region().filter(|_| !given);

@@ -1,11 +1,13 @@
 //! From measured beads to a law: every form is tried, beads are left out, and the form that errs least on them is taken.
 
+use std::ops::Range;
+
 use meltpath_base::Reporter;
 use meltpath_base::settings::{Problem, Problems};
 
 use super::file::{MapFile, MapKind, Size};
 use super::grid::GridPart;
-use super::import::{MeasuredBead, Oddity, bead_of_wall, oddities};
+use super::import::{MeasuredBead, Oddity, bead_of_wall, excess, oddities};
 use super::kriging::{Fit, Form, Sample};
 use super::region::Region;
 use super::{Fitted, Grid, Law, M_PER_MIN, Tried};
@@ -24,6 +26,8 @@ pub(super) struct Measured {
     grid: Option<Result<Grid, (GridPart, String)>>,
     /// η·S_f, mm².
     per_ratio: f64,
+    /// Those of walls: their metal balances, as their widths are made of it.
+    walls: Range<usize>,
 }
 
 impl Measured {
@@ -35,6 +39,7 @@ impl Measured {
             groups: Vec::new(),
             grid: grid(map),
             per_ratio,
+            walls: 0..0,
         };
         if let Some(table) = &*map.beads {
             for (n, row) in table.rows.iter().enumerate() {
@@ -69,6 +74,7 @@ impl Measured {
                 measured.groups.push(first + n);
             }
         }
+        measured.walls = first..measured.beads.len();
         if let Some(Ok(grid)) = &measured.grid {
             let nodes = grid.beads(factor);
             let first = measured.groups.last().map_or(0, |g| g + 1);
@@ -78,7 +84,8 @@ impl Measured {
         measured
     }
 
-    /// Refuses what is odd about the beads, unless the file accepts it: then it is a warning.
+    /// Refuses what is odd about the beads, unless the file accepts it: then it is a warning. `area` is the relative standard uncertainty of the
+    /// metal that is fed.
     ///
     /// # Errors
     /// The grid that is none, and what is odd.
@@ -86,6 +93,7 @@ impl Measured {
         &self,
         file: &str,
         map: &MapFile,
+        (wire, area): (&Wire, f64),
         reporter: &Reporter,
     ) -> Result<(), Problems> {
         if let (Some(Err((part, told))), Some(table)) = (&self.grid, &*map.grid) {
@@ -97,12 +105,18 @@ impl Measured {
             };
             return Err(problem.into());
         }
+        let odd = oddities(&self.beads, self.per_ratio).into_iter();
+        let mut odd: Vec<(Oddity, String, String)> = odd
+            .map(|(oddity, message)| (oddity, message, "mend the rows".to_owned()))
+            .collect();
+        odd.extend(self.excess(map, (wire, area)));
         let mut problems = Vec::new();
-        for (oddity, message) in oddities(&self.beads, self.per_ratio) {
+        for (oddity, message, mend) in odd {
             if map.accept.contains(&oddity) {
                 let code = match oddity {
                     Oddity::MassBalance => "beads-mass-balance",
                     Oddity::TallerThanWide => "beads-taller-than-wide",
+                    Oddity::MoreThanFed => "beads-more-than-fed",
                 };
                 reporter.warn(code, format!("{file}: {message}"), "look at these rows");
                 continue;
@@ -116,7 +130,7 @@ impl Measured {
             };
             let word = oddity.word();
             problems.push(problem.help(format!(
-                "mend the rows; or, where they are meant so, write accept = [\"{word}\"]"
+                "{mend}; or, where they are meant so, write accept = [\"{word}\"]"
             )));
         }
         if problems.is_empty() {
@@ -124,6 +138,25 @@ impl Measured {
         } else {
             Err(problems.into())
         }
+    }
+
+    /// What the beads hold together beyond what was fed, and what may be wrong.
+    fn excess(
+        &self,
+        map: &MapFile,
+        (wire, area): (&Wire, f64),
+    ) -> Option<(Oddity, String, String)> {
+        let of_walls = |n: &usize| self.walls.contains(n);
+        let weighed = (0..self.beads.len()).filter(|n| !of_walls(n));
+        let weighed: Vec<MeasuredBead> = weighed.map(|n| self.beads[n]).collect();
+        let stays = map.efficiency.uncertainty.unwrap_or(0.0) / map.efficiency.0;
+        let found = excess(&weighed, self.per_ratio, area.hypot(stays))?;
+        let feeds = map
+            .beads
+            .as_ref()
+            .is_some_and(|b| b.measured_feed.is_some());
+        let mend = found.remedy(wire.diameter.0, feeds);
+        Some((Oddity::MoreThanFed, found.told(weighed.len()), mend))
     }
 
     /// The laws of one form through the beads.

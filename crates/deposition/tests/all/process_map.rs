@@ -49,7 +49,9 @@ fn a_node_is_one_answer() {
 fn sections_that_are_not_the_metal_fed_are_told() {
     let told = |factor: f64| {
         let wire = Wire::builtin("g3si-1.2").unwrap();
-        let text = TWO_POINTS.replace("value = 1.1", &format!("value = {factor}"));
+        let text = TWO_POINTS
+            .replace("value = 1.1", &format!("value = {factor}"))
+            .replace("kind =", "accept = [\"more-than-fed\"]\nkind =");
         let reporter = Reporter::new();
         let map = ProcessMap::parse("table", &text, &wire, &Reporter::new()).unwrap();
         let bead = map.bead(6.5 * M_PER_MIN, 0.95 * M_PER_MIN);

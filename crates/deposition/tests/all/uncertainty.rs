@@ -273,6 +273,67 @@ fn odd_rows_stop_the_import_unless_accepted() {
     assert_eq!(reporter.warnings()[0].code, "beads-taller-than-wide");
 }
 
+/// Rows that each may be and together hold a fifth more metal than was fed stop the import, at their place and with what may be wrong.
+#[test]
+fn rows_that_all_hold_more_than_was_fed_stop_the_import() {
+    let mut random = Random::new(7);
+    let mut rows: Vec<[f64; 4]> = [3.0, 6.0, 9.0]
+        .into_iter()
+        .flat_map(|f| [0.4, 0.8, 1.2].map(|t| (f, t)))
+        .map(|(f, t)| bead(GENERATORS[0], f, t, &mut random))
+        .collect();
+    let more = |rows: &mut Vec<[f64; 4]>, by: f64| rows.iter_mut().for_each(|r| r[2] *= by);
+    // within what feed factor and wire leave open
+    more(&mut rows, 1.06);
+    through("best", &rows).unwrap();
+    more(&mut rows, 1.18 / 1.06);
+    let Err(ProcessMapError::Content(problems)) = through("best", &rows) else {
+        panic!("a fifth more than was fed")
+    };
+    let [problem] = &problems.0[..] else {
+        panic!("{problems}")
+    };
+    let told = problem.to_string();
+    assert!(problem.span.is_some(), "{told}");
+    for part in [
+        "all 9 beads together hold",
+        "more metal than was fed",
+        "1 mm here; 1.09 mm would balance",
+        "accept = [\"more-than-fed\"]",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    // the feeds that were measured are those that hold it
+    let feeds: Vec<f64> = rows.iter().map(|r| 1.18 * r[0]).collect();
+    let with = |set: &[[f64; 4]], fed: &[f64]| {
+        map(&format!(
+            "kind = \"best\"\n{RANGE}[beads]\nrows = {set:?}\nmeasured_feed = {fed:?}\nsource = \"test\"\npage = \"-\"\n"
+        ))
+    };
+    with(&rows, &feeds).unwrap();
+    let set: Vec<f64> = rows.iter().map(|r| r[0]).collect();
+    let exchanged: Vec<[f64; 4]> = rows
+        .iter()
+        .map(|r| [1.18 * r[0], r[1], r[2], r[3]])
+        .collect();
+    let wide = RANGE.replace("11 m/min", "12 m/min");
+    let told = map(&format!(
+        "kind = \"best\"\n{wide}[beads]\nrows = {exchanged:?}\nmeasured_feed = {set:?}\nsource = \"test\"\npage = \"-\"\n"
+    ))
+    .unwrap_err()
+    .to_string();
+    assert!(told.contains("are they exchanged?"), "{told}");
+    // a file may accept them, which is told
+    let reporter = Reporter::new();
+    let text = format!(
+        "schema = 1\nid = \"mine\"\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\nefficiency = {{ value = 1.0, unit = \"1\", source = \"test\", page = \"-\" }}\n\
+         kind = \"best\"\naccept = [\"more-than-fed\"]\n{FACTOR}{RANGE}[beads]\nrows = {rows:?}\nsource = \"test\"\npage = \"-\"\n"
+    );
+    let wire = Wire::builtin("x90-ig-1.0").unwrap();
+    ProcessMap::parse("mine", &text, &wire, &reporter).unwrap();
+    assert_eq!(reporter.warnings()[0].code, "beads-more-than-fed");
+}
+
 /// The feed that was measured is not the one that was set: the metal balances with the measured one, and the factor is their mean.
 #[test]
 fn set_and_measured_feed_are_told_apart() {
