@@ -45,7 +45,7 @@ table! {
         /// with the first.
         recipes: Many<Spanned<String>, 1> => required;
         /// Laser delays.
-        delays: DelayChoice => default("tuned", "tuned for each recipe");
+        delays: DelayChoice => default("tuned", "tuned on two squares");
         /// Controller of the axes: `cascade` (the head's own), `h-infinity`, or the `controllers.json` of a tuning.
         controller: String => default("cascade", "the head's own");
         /// Whether set-points go through the head's pre-filter.
@@ -199,7 +199,7 @@ choice! {
 
     /// Which laser delays a run uses.
     pub enum DelayChoice {
-        Tuned "tuned" => "Tuned for each recipe, on two squares or on pieces of the layers.",
+        Tuned "tuned" => "Tuned on two squares for each recipe.",
         Recipe "recipe" => "The recipe's own.",
     }
 

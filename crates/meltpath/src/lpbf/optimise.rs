@@ -20,7 +20,7 @@ use crate::lpbf::plan::work::Work;
 /// Side of the squares that are simulated, at most, mm.
 pub(crate) const SIDE: f64 = 5.0;
 
-/// The work on which recipes are tried: two squares of at most [`SIDE`], or a piece of the first layer.
+/// The work on which recipes are tried: two squares of at most [`SIDE`], or the piece of a layer that delays are tuned on.
 fn small(work: &Work) -> Work {
     match work {
         Work::Plate(plate) => Work::Plate(SquarePlate {
@@ -43,7 +43,7 @@ pub(crate) fn run(
     let work = small(&plan.work);
     let spot = 2.0 * settings.data.head.beam.waist;
     let judged = &MODES[JUDGED..];
-    let job = |recipe: &Recipe| work.small_job(recipe);
+    let job = |recipe: &Recipe| work.tuning_job(recipe);
     let samples = |recipe: &Recipe, period: f64| {
         let layers = plan.work.layers(recipe)?;
         sample_count(layers, period)

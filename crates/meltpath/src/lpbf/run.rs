@@ -220,20 +220,18 @@ impl<'a> Run<'a> {
         }
         let (head, recipe) = (self.head, self.recipe);
         let period = head.head().period;
+        let job = self.plan.work.tuning_job(recipe)?;
+        let mut record = HitRecord::default();
+        head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
         let (radius, longest) = (head.head().beam.waist, head.head().delays_up_to());
-        let mut tuning = DelayTuning::before(period, longest);
-        for job in self.plan.work.tuning_jobs(recipe)? {
-            let mut record = HitRecord::default();
-            head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
-            tuning.take(&job, &record.hits, radius);
-        }
+        let tuning = DelayTuning::new(&job, &record.hits, period, longest, radius);
         let layers = self.plan.work.layers(recipe)?;
         let tuned = tuning.tune(Darkness::of(layers, recipe.delays, period)?.shortest);
         if tuned.held {
             self.reporter.warn(
                 "spurious-light",
                 format!(
-                    "{}: {:.2} mm of spurious light stay at the starts of marks of what delays are tuned on: a laser-on delay that avoids it would leave marks dark",
+                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave marks dark",
                     recipe.name, tuned.best.spurious_start
                 ),
                 "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",

@@ -92,27 +92,15 @@ const PIECE: f64 = 5e-3;
 impl DelayTuning {
     /// From one run's hits. `reach` s is the longest delay considered, `radius` mm the spot's.
     pub fn new(job: &ScanJob, hits: &[DVec2], period: f64, reach: f64, radius: f64) -> Self {
-        let mut tuning = Self::before(period, reach);
-        tuning.take(job, hits, radius);
-        tuning
-    }
-
-    /// Before any run. `reach` s is the longest delay considered.
-    pub fn before(period: f64, reach: f64) -> Self {
-        DelayTuning {
+        let longest = (reach / period).ceil() as i64;
+        let mut tuning = DelayTuning {
             period,
             starts: EndCost::default(),
             ends: EndCost::default(),
-            longest: (reach / period).ceil() as i64,
+            longest,
             tried: (reach / period + 1e-9).floor() as i64,
-            marked: 0.0,
-        }
-    }
-
-    /// Takes in the hits of one more run, from rest to rest; `radius` mm is the spot's.
-    pub fn take(&mut self, job: &ScanJob, hits: &[DVec2], radius: f64) {
-        let (period, longest) = (self.period, self.longest);
-        self.marked += job.length(Role::Contour) + job.length(Role::Fill);
+            marked: job.length(Role::Contour) + job.length(Role::Fill),
+        };
         let chains = Chains::all(job, period);
         let ends = vector_ends(job, period);
         for (c, chain) in chains.iter().enumerate() {
@@ -179,14 +167,21 @@ impl DelayTuning {
                 half.min(start + longest),
                 start,
                 at_start,
-                &mut self.starts,
+                &mut tuning.starts,
             );
             // whatever the off-delay, light before the middle of the chain belongs to its start
             let until = (end + longest).min(next as i64);
-            cost(half.max(end - longest), until, end, at_end, &mut self.ends);
+            cost(
+                half.max(end - longest),
+                until,
+                end,
+                at_end,
+                &mut tuning.ends,
+            );
             let radii = (at_start, at_end);
-            self.pieces(chain, &marks, &ends, hits, radii);
+            tuning.pieces(chain, &marks, &ends, hits, radii);
         }
+        tuning
     }
 
     /// Which samples reach the first and the last millimetres of a chain.

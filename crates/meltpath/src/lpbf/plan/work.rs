@@ -1,7 +1,6 @@
 //! What a scan-head job executes: a plate of squares, layers of a file of other software, or layers of a part.
 
 use std::borrow::Cow;
-use std::cmp::Ordering;
 
 use meltpath_planning::powder::plate::{PlateError, SquarePlate};
 use meltpath_scan_head::head::error::HeadError;
@@ -14,10 +13,8 @@ use crate::lpbf::plan::file_layers::FileLayers;
 use crate::lpbf::plan::section::Section;
 use meltpath_toolpath::Role;
 
-/// Longest that delays are tuned on, s of machine.
+/// Longest piece of a layer on which delays are tuned, s of machine.
 const TUNED_TIME: f64 = 4.0;
-/// Layers that share it at most: each has enough marks of it.
-const TUNED_LAYERS: usize = 8;
 
 /// What is executed.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,11 +108,11 @@ impl Work {
         }
     }
 
-    /// The small job on which recipes are tried: two squares, or up to 4 s of the first layer round the start of its fill.
+    /// The small job on which delays are tuned: two squares, or up to 4 s of the first layer round the start of its fill.
     ///
     /// # Errors
     /// [`HeadError`].
-    pub fn small_job(&self, recipe: &Recipe) -> Result<ScanJob, HeadError> {
+    pub fn tuning_job(&self, recipe: &Recipe) -> Result<ScanJob, HeadError> {
         match self {
             Work::Plate(plate) => {
                 let two = SquarePlate {
@@ -128,40 +125,9 @@ impl Work {
             Work::Layers(_) => {
                 let first = self.layers(recipe)?.next();
                 let first = first.ok_or(ScanJobError::Empty)??;
-                Ok(round_the_fill(first.job, TUNED_TIME))
+                Ok(round_the_fill(first.job))
             }
         }
-    }
-
-    /// The jobs on which delays are tuned, each from rest: two squares; or, of the layers that mark most, the same time of each round the start
-    /// of its fill, 4 s in all. They and their order are those of the layers' own marks: in whichever order layers come, they have the same delays.
-    ///
-    /// # Errors
-    /// [`HeadError`].
-    pub fn tuning_jobs(&self, recipe: &Recipe) -> Result<Vec<ScanJob>, HeadError> {
-        if let Work::Plate(_) = self {
-            return Ok(vec![self.small_job(recipe)?]);
-        }
-        let mut most: Vec<([f64; 3], ScanJob)> = Vec::new();
-        for layer in self.planned()? {
-            // as the only one: where the head stood before is another layer's
-            let job = match prepare(std::slice::from_ref(&*layer?), recipe) {
-                Err(HeadError::Job(ScanJobError::Empty)) => continue,
-                job => job?,
-            };
-            most.push((marks(&job), round_the_fill(job, TUNED_TIME)));
-            most.sort_by(|(a, _), (b, _)| {
-                let orders = a.iter().zip(b).map(|(a, b)| b.total_cmp(a));
-                orders.fold(Ordering::Equal, Ordering::then)
-            });
-            most.truncate(TUNED_LAYERS);
-        }
-        if most.is_empty() {
-            return Err(ScanJobError::Empty.into());
-        }
-        let each = TUNED_TIME / most.len() as f64;
-        let pieces = most.into_iter().map(|(_, job)| round_the_fill(job, each));
-        Ok(pieces.collect())
     }
 
     /// Of the first layer of a job, what is shown and heated: the first square, or all of it.
@@ -200,28 +166,18 @@ impl Work {
     }
 }
 
-/// What tells layers apart by their marks: their length, mm, and how it lies about the axes, mm².
-fn marks(job: &ScanJob) -> [f64; 3] {
-    let marked = job.vectors.iter().enumerate();
-    let marked = marked.filter(|(_, v)| v.kind.deposits());
-    marked.fold([0.0; 3], |[length, x, y], (i, v)| {
-        let more = job.length_of(i);
-        [length + more, x + more * v.end.x, y + more * v.end.y]
-    })
-}
-
-/// At most `longest` s of a job, half of it before the first fill.
-fn round_the_fill(job: ScanJob, longest: f64) -> ScanJob {
+/// At most [`TUNED_TIME`] of a job, half of it before the first fill.
+fn round_the_fill(job: ScanJob) -> ScanJob {
     let time = |i: usize| job.length_of(i) / job.vectors[i].speed + job.vectors[i].wait;
     let fill = job.vectors.iter().position(|v| v.kind == Role::Fill);
     let middle = fill.unwrap_or(0);
     let (mut from, mut before) = (middle, 0.0);
-    while from > 0 && before < 0.5 * longest {
+    while from > 0 && before < 0.5 * TUNED_TIME {
         from -= 1;
         before += time(from);
     }
     let (mut to, mut all) = (middle, before);
-    while to < job.vectors.len() && all < longest {
+    while to < job.vectors.len() && all < TUNED_TIME {
         all += time(to);
         to += 1;
     }

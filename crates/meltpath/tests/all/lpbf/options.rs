@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::{INDUSTRIAL, JOB, THREE, figures, refused, run};
+use super::{INDUSTRIAL, THREE, figures, refused, run};
 
 /// A job of one small square on the three-axis head, with files of its own.
 fn job(head: &str, recipe: &str, more: &str) -> String {
@@ -243,48 +243,4 @@ fn delays_do_not_darken_the_marks_for_the_sake_of_their_starts() {
     let on = figures(&out, "laser-on delay, µs")[0];
     let fill = figures(&out, "fill rate, cell centres under the swept spot, %")[0];
     assert!(on < 800.0 && fill > 50.0, "{on} µs, {fill} %");
-}
-
-/// A layer of short lines over a square of 2 mm, reached by jumps without a wait, and a calm contour: whichever comes first, their delays are the same,
-/// to the bit, and other than those of either alone.
-#[test]
-fn tuned_delays_do_not_hang_on_the_order_of_layers() {
-    let dir = tempfile::tempdir().unwrap();
-    let lines = |layer: u32| -> Vec<String> {
-        let mut rows = vec![format!("start,0,0,,{layer}")];
-        for n in 0..20 {
-            let y = 0.1 * f64::from(n);
-            rows.push(format!("jump,{},{y},0,{layer}", 30.0 * f64::from(n % 2)));
-            rows.push(format!(
-                "fill,{},{y},0,{layer}",
-                30.0 * f64::from(n % 2) + 2.0
-            ));
-        }
-        rows
-    };
-    let contour = |layer: u32| -> Vec<String> {
-        let corners = [[12.0, 0.0], [12.0, 12.0], [0.0, 12.0], [0.0, 0.0]];
-        let sides = corners.map(|[x, y]| format!("contour,{x},{y},0.002,{layer}"));
-        let start = [format!("start,0,0,,{layer}")];
-        start.into_iter().chain(sides).collect()
-    };
-    let delays = |name: &str, layers: &[Vec<String>]| {
-        let list = format!(
-            "kind,x_mm,y_mm,wait_s,layer\n{}\n",
-            layers.concat().join("\n")
-        );
-        fs::write(dir.path().join(format!("{name}.csv")), list).unwrap();
-        let job = JOB.replace("delays = \"recipe\"", &format!("layers = \"{name}.csv\""));
-        let job = format!("{job}[layers]\nrange = [1, {}]\n", layers.len());
-        let out = run(dir.path(), name, &job);
-        ["laser-on delay, µs", "laser-off delay, µs"].map(|row| figures(&out, row)[0])
-    };
-    let there = delays("there", &[lines(1), contour(2)]);
-    let back = delays("back", &[contour(1), lines(2)]);
-    assert_eq!(there, back);
-    let alone = [
-        delays("lines", &[lines(1)]),
-        delays("contour", &[contour(1)]),
-    ];
-    assert!(alone[0] != alone[1], "{alone:?}");
 }
