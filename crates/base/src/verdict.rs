@@ -139,6 +139,8 @@ impl Check {
     /// assert_eq!(judge(0.5, 2.0), Status::CannotSay);
     /// assert_eq!(judge(9.0, 2.0), Status::Fail);
     /// assert_eq!(judge(f64::NAN, 0.1), Status::CannotSay);
+    /// let share = Measure::new(89.0, 40.0, "%");
+    /// assert_eq!(Check::judge("x", "X", share, Limit::AtLeast(98.0)).status, Status::CannotSay);
     /// ```
     pub fn judge(id: &str, title: &str, value: Measure, limit: Limit) -> Self {
         let sigma = value.sigma.unwrap_or(0.0);
@@ -146,13 +148,20 @@ impl Check {
             Limit::AtMost(bound) => (bound, value.value - bound),
             Limit::AtLeast(bound) => (bound, bound - value.value),
         };
+        // of a share of a hundred what may lack is the limit
+        let room = match limit {
+            Limit::AtLeast(bound) if value.unit == "%" && (0.0..100.0).contains(&bound) => {
+                bound.min(100.0 - bound)
+            }
+            _ => bound.abs(),
+        };
         let status = if !beyond.is_finite() || !sigma.is_finite() {
             Status::CannotSay
         } else if beyond > sigma {
             Status::Fail
         } else if beyond <= -sigma {
             Status::Pass
-        } else if sigma > bound.abs() {
+        } else if sigma > room {
             Status::CannotSay
         } else {
             Status::Warn

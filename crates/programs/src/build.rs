@@ -137,7 +137,7 @@ pub fn build(
         coordination,
         schedules: Vec::new(),
         told: BTreeSet::new(),
-        feeds: BTreeSet::new(),
+        needed: Vec::new(),
         upkeep: Upkeep::new(cell)?,
         spacing: Spacing::new(cell, settings.dialect),
         layer: None,
@@ -193,8 +193,8 @@ struct Builder<'a> {
     upkeep: Upkeep,
     /// Moves too short for the controller.
     spacing: Spacing,
-    /// Bits of the wire feeds that need a schedule, so far.
-    feeds: BTreeSet<u64>,
+    /// The schedules that all passes need, so far.
+    needed: Vec<Schedule>,
     layer: Option<u32>,
     /// Highest surface so far, mm.
     highest: f64,
@@ -262,11 +262,7 @@ impl Builder<'_> {
         if let Some(schedule) = known {
             return schedule.number;
         }
-        let number = match self.settings.dialect {
-            Dialect::FanucLs => *self.cell.arc.first_schedule + self.schedules.len() as u32,
-            // `count_schedules` has found it
-            _ => self.wording.listed(wire_feed).map_or(0, |s| *s.number),
-        };
+        let number = self.wording.number(wire_feed, &self.schedules).unwrap_or(0);
         self.schedules.push(Schedule { number, wire_feed });
         number
     }

@@ -172,7 +172,7 @@ table! {
         style: ArcStyle => required;
         /// Weld procedure, for `weld`.
         procedure: u32 => required;
-        /// Schedule of the first wire feed of a program; further wire feeds take the next ones.
+        /// Schedule of the first wire feed of a program that no `schedule` of the file sets; further ones take the next that none sets.
         first_schedule: u32 => required;
         /// How many schedules the controller has from the first one on.
         schedules: u32 where within(1.0, 1e6) => required;

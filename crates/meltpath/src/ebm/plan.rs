@@ -59,6 +59,8 @@ pub struct DrawnPart {
     pub layer: [u32; 2],
     /// Separate areas of that layer, and the one that is drawn, from 1.
     pub islands: [usize; 2],
+    /// Whether the job says which.
+    pub chosen: bool,
     /// Area of the drawn one, mm².
     pub area: f64,
     /// Share of it with metal below the lowest layer that is drawn.
@@ -377,6 +379,7 @@ fn cut(
         findings: read.findings,
         layer: [found.number, found.of],
         islands: [found.islands, *job.section.island as usize],
+        chosen: job.section.island.span.is_some(),
         area: last.map_or(0.0, Region::area),
         carried: found.carried,
         scaling: part.cut.scaling,

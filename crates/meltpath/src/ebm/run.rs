@@ -69,7 +69,7 @@ pub fn run(
     })?;
     tell_kept(&kept, observer);
     let verdict = Verdict {
-        checks: verdict::checks(settings, &outcome),
+        checks: verdict::checks(&plan, &outcome),
         facts: facts::facts(&plan, &outcome),
         warnings: reporter.warnings(),
     };

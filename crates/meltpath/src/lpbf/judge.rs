@@ -93,28 +93,36 @@ fn dark_check(
     ))
 }
 
-/// The marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
+/// What no mark of a file comes near, and the marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
 pub(super) fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
+    let undecided = |c: &&Check| c.status != Status::Pass;
+    let enclosed = plan.enclosed.as_ref().filter(undecided).cloned();
+    let mut lines: Vec<String> = enclosed.map(words).into_iter().collect();
     if *plan.settings.job.lpbf.delays == DelayChoice::Tuned {
-        return Ok(Vec::new());
+        return Ok(lines);
     }
     let period = plan.settings.data.head.period;
-    let mut lines = Vec::new();
     for (k, recipe) in plan.settings.recipes.iter().enumerate() {
         let darkness = Darkness::of(plan.work.layers(recipe)?, recipe.delays, period)?;
-        if let Some(c) = dark_check(k + 1, &recipe.name, recipe.delays, &darkness) {
-            let words = (c.status.words(), &c.title, c.line());
-            let mut line = format!("foretold: {}: {}: {}", words.0, words.1, words.2);
-            for more in [
-                c.place.map(|p| format!(" ({p})")),
-                c.remedy.map(|r| format!("; {r}")),
-            ] {
-                line.push_str(&more.unwrap_or_default());
-            }
-            lines.push(line);
-        }
+        let dark = dark_check(k + 1, &recipe.name, recipe.delays, &darkness);
+        lines.extend(dark.map(words));
     }
     Ok(lines)
+}
+
+/// A check that is foretold, in one line.
+fn words(check: Check) -> String {
+    let words = (check.status.words(), &check.title, check.line());
+    let place = check.place.map(|p| format!(" ({p})"));
+    let remedy = check.remedy.map(|r| format!("; {r}"));
+    format!(
+        "foretold: {}: {}: {}{}{}",
+        words.0,
+        words.1,
+        words.2,
+        place.unwrap_or_default(),
+        remedy.unwrap_or_default()
+    )
 }
 
 /// Judges every recipe.

@@ -8,7 +8,7 @@ pub mod work;
 use std::path::Path;
 
 use meltpath_base::settings::Problem;
-use meltpath_base::{Length, Observer, Provenance, Reporter, Warning};
+use meltpath_base::{Check, Length, Observer, Provenance, Reporter, Warning};
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::files::PlateTable;
 
@@ -27,6 +27,8 @@ pub struct Plan {
     pub work: Work,
     /// What was said of the part.
     pub warnings: Vec<Warning>,
+    /// What closed contours of a file's layers enclose; see [`enclosed`].
+    pub enclosed: Option<Check>,
 }
 
 /// Plans what `settings` say of a job that lies in `folder`; `job` gives the places of problems.
@@ -46,6 +48,7 @@ pub fn plan(
         settings,
         work,
         warnings: reporter.warnings(),
+        enclosed: None,
     })
 }
 

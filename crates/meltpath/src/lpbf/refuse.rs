@@ -19,6 +19,8 @@ use crate::tune::choose::ready_for;
 
 /// Longest time of a job on the head, s: a day.
 const LONGEST_JOB: f64 = 86_400.0;
+/// Marks of a file that all lie within less are told in another unit, mm: no laser's spot is as small.
+const SMALLEST: f64 = 0.01;
 
 /// Looks through the job of each recipe; refuses a head that cannot be built, squares that are none, and work that leaves the field.
 ///
@@ -57,6 +59,9 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
             HeadError::Job(_) | HeadError::Layer(_) => unsound(job, plan, &e),
             _ => refused("", &e),
         })?;
+        if let Some(problem) = too_small(job, plan, survey.extent) {
+            return Err(problem);
+        }
         let time = survey.samples as f64 * plan.settings.data.head.period;
         if time > LONGEST_JOB {
             return Err(endless(job, plan, name.get_ref(), time));
@@ -130,6 +135,21 @@ fn unsound(job: &LpbfJob, plan: &Plan, error: &HeadError) -> Problem {
                 .help("change [section] or [hatch]"),
         },
     }
+}
+
+/// Layers of a file whose marks all lie within less than a spot: their unit is another one.
+fn too_small(job: &LpbfJob, plan: &Plan, extent: f64) -> Option<Problem> {
+    let of_file = matches!(&plan.work, Work::Layers(set) if matches!(set.source, Source::File(_)));
+    (of_file && extent < SMALLEST).then(|| {
+        let message = format!(
+            "all marks lie within {:.2} µm, less than any spot of a laser",
+            1e3 * extent
+        );
+        job.lpbf
+            .layers
+            .problem(message)
+            .help("is the unit right? A CLI file's `$$UNITS/1` means that its coordinates are millimetres, `$$UNITS/1000` metres")
+    })
 }
 
 fn head_help(error: &HeadError) -> &'static str {

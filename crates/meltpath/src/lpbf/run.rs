@@ -132,6 +132,7 @@ pub fn run(
         });
     }
     let mut checks = checks(settings, &results, &reporter);
+    checks.extend(plan.enclosed.clone());
     let whole = found
         .as_ref()
         .and_then(|f| optimise::OnTheWhole::of(f, settings, &results));
@@ -507,8 +508,7 @@ fn resolved(
         let mut plan = plan(settings, job, here, observer)?;
         let surveys = refuse::check(job, &plan)?;
         let hatch = surveys.iter().find_map(|s| s.hatch);
-        let told = enclosed::told(&plan.work, hatch);
-        plan.warnings.extend(told);
+        plan.enclosed = enclosed::check(&plan.work, hatch);
         Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {

@@ -400,16 +400,7 @@ fn leave_undecided(
     settings: &Settings,
 ) {
     let standing = doubt::of_standing_torch(commands, settings);
-    // where the source feeds by the distance, how much metal it lays is not known either
-    let response = settings.deposit.feed_response;
-    let by_distance = standing
-        .iter()
-        .filter(|_| response.is_some_and(|r| r.slope != 0.0));
-    let of_metal: Vec<Doubt> = doubts
-        .iter()
-        .chain(by_distance.map(|(doubt, _)| doubt))
-        .cloned()
-        .collect();
+    let of_metal = doubt::of_metal(doubts, standing.as_ref(), settings);
     let of_part = [of_own_frame(commands), of_metal.clone()].concat();
     for check in checks.iter_mut() {
         let part = OF_THE_PART.contains(&check.id.as_str());

@@ -186,8 +186,10 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
     let leaning = Leaning::of(turned, &commands, settings);
     leaning.tell(&mut checks);
     let doubts = leaning.doubts();
-    doubt::undecided(&mut checks, &doubts);
-    if let Some(standing) = doubt::of_standing_torch(&commands, settings) {
+    let standing = doubt::of_standing_torch(&commands, settings);
+    let of_metal = doubt::of_metal(&doubts, standing.as_ref(), settings);
+    doubt::undecided(&mut checks, &of_metal);
+    if let Some(standing) = standing {
         doubt::undecided_under_torch(&mut checks, &doubts, standing);
     }
     let tilt = leaning.check(settings);

@@ -67,6 +67,40 @@ fn nothing_is_said_of_the_contact_tube_over_a_torch_that_stands() {
     }
 }
 
+/// A plan whose craters the cell's schedule fills for longer than a pool is judged as its program is: of a source that feeds by the distance
+/// no check of the metal is decided.
+#[test]
+fn a_plan_with_long_craters_says_no_more_than_its_program() {
+    let dir = tempfile::tempdir().unwrap();
+    let cell = |time: &str| {
+        meltpath_data::cells::ARCMATE_120IC.text.to_owned()
+            + &format!(
+                "[[program.schedule]]\nnumber = 4\nwire_feed = \"8 m/min\"\ncrater_time = \"{time}\"\n"
+            )
+    };
+    let verdict = |time: &str| {
+        write(dir.path(), "cell.toml", cell(time));
+        let tables =
+            "[layers]\ncount = 2\n[simulation]\ncell = \"1 mm\"\n[machine]\ncell = \"cell.toml\"\n";
+        let job = thin_wall(dir.path(), tables);
+        let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+        let written = std::fs::read_dir(outcome.folder.join("program")).unwrap();
+        let path = written
+            .map(|f| f.unwrap().path())
+            .find(|f| f.extension().is_some_and(|e| e == "LS"));
+        let text = std::fs::read_to_string(path.unwrap()).unwrap();
+        assert!(text.contains("Arc Start[4]"), "{text}");
+        outcome.verdict
+    };
+    let (short, long) = (verdict("0.2 s"), verdict("6 s"));
+    for id in ["lack", "excess", "height"] {
+        assert_ne!(check(&short, id).status, Status::CannotSay, "{id}");
+        let told = check(&long, id);
+        assert_eq!(told.status, Status::CannotSay, "{id}");
+        says(&told.reason, &["stands for"]);
+    }
+}
+
 /// The metal of a crater is laid: 20 s at 8 m/min are 2.7 m of wire more.
 #[test]
 fn a_crater_takes_its_wire() {

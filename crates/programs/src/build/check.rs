@@ -2,7 +2,7 @@
 
 use meltpath_toolpath::{Channel, Move, Pass};
 
-use super::{BuildError, Builder};
+use super::{BuildError, Builder, Schedule};
 use crate::program::Dialect;
 
 impl Builder<'_> {
@@ -70,26 +70,24 @@ impl Builder<'_> {
             return Ok(());
         }
         for i in 0..pass.move_count() {
-            let feed = self.feed(pass, i);
-            self.feeds.insert(feed.to_bits());
-            if self.settings.dialect != Dialect::FanucLs && self.wording.listed(feed).is_none() {
-                return Err(BuildError::NoSchedule {
-                    wire_feed: feed,
+            let wire_feed = self.feed(pass, i);
+            if self.needed.iter().any(|s| s.wire_feed == wire_feed) {
+                continue;
+            }
+            let number = self.wording.number(wire_feed, &self.needed);
+            let number = number.ok_or_else(|| match self.settings.dialect {
+                Dialect::FanucLs => BuildError::Schedules {
+                    available: *self.cell.arc.schedules,
+                    pass: pass.place(),
+                },
+                _ => BuildError::NoSchedule {
+                    wire_feed,
                     known: self.cell.schedules.iter().map(|s| s.wire_feed.0).collect(),
                     pass: pass.place(),
-                });
-            }
+                },
+            })?;
+            self.needed.push(Schedule { number, wire_feed });
         }
-        if self.settings.dialect != Dialect::FanucLs {
-            return Ok(());
-        }
-        let available = *self.cell.arc.schedules;
-        if self.feeds.len() <= available as usize {
-            return Ok(());
-        }
-        Err(BuildError::Schedules {
-            available,
-            pass: pass.place(),
-        })
+        Ok(())
     }
 }

@@ -41,7 +41,7 @@ pub enum BuildError {
     },
     /// More wire feeds than schedules.
     #[error(
-        "the toolpath needs more than the {available} weld schedules of this cell, from {pass} on: use fewer different wire feeds, or raise arc.schedules in the cell file"
+        "the toolpath needs more wire feeds than this cell has weld schedules for, from {pass} on ({available}, those of them that its file lists with another wire feed left out): use fewer different wire feeds, list theirs as [[program.schedule]], or raise arc.schedules in the cell file"
     )]
     Schedules {
         /// Schedules of the cell.

@@ -2,6 +2,7 @@
 
 use meltpath_base::Ratio;
 
+use super::Schedule;
 use super::error::BuildError;
 use crate::cell::{CellProgramming, WeldSchedule};
 use crate::inform::{InformWords, zone_near};
@@ -34,8 +35,36 @@ impl<'a> Wording<'a> {
     /// The schedule of the cell that sets a wire feed, mm/s.
     pub(super) fn listed(&self, wire_feed: f64) -> Option<&'a WeldSchedule> {
         let off = |s: &WeldSchedule| (s.wire_feed.0 - wire_feed).abs();
-        let near = self.cell.schedules.iter().filter(|s| off(s) <= SAME_FEED);
+        let near = self.called().filter(|s| off(s) <= SAME_FEED);
         near.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// The schedules of the cell that arc words can call.
+    fn called(&self) -> impl Iterator<Item = &'a WeldSchedule> {
+        let arc = &self.cell.arc;
+        let weld = self.dialect == Dialect::FanucLs && *arc.style == ArcStyle::Weld;
+        let own = weld.then_some(*arc.procedure);
+        let of_procedure = move |s: &&WeldSchedule| match (own, *s.procedure) {
+            (Some(own), Some(said)) => own == said,
+            _ => true,
+        };
+        self.cell.schedules.iter().filter(of_procedure)
+    }
+
+    /// The number of the schedule that sets a wire feed, mm/s: of a FANUC that lists none for it the first of its range that no other wire
+    /// feed has.
+    pub(super) fn number(&self, wire_feed: f64, taken: &[Schedule]) -> Option<u32> {
+        if let Some(listed) = self.listed(wire_feed) {
+            return Some(*listed.number);
+        }
+        if self.dialect != Dialect::FanucLs {
+            return None;
+        }
+        let first = *self.cell.arc.first_schedule;
+        let mut range = first..first.saturating_add(*self.cell.arc.schedules);
+        range.find(|n| {
+            taken.iter().all(|s| s.number != *n) && self.called().all(|s| *s.number != *n)
+        })
     }
 
     /// The arc word for a schedule.

@@ -272,6 +272,29 @@ fn unsound_passes_are_refused_by_number() {
     );
 }
 
+/// A schedule that the cell's file lists is called for its wire feed, and for no other: the controller feeds what it sets.
+#[test]
+fn listed_schedules_are_called_for_their_own_wire_feed() {
+    let numbers = |listed: &[(u32, &str)]| {
+        let mut text = meltpath_data::cells::ARCMATE_120IC.text.to_owned();
+        for (number, feed) in listed {
+            text += &format!("[[program.schedule]]\nnumber = {number}\nwire_feed = \"{feed}\"\n");
+        }
+        let cell: CellProgramming = meltpath_base::settings::peek(&text, &["program"])
+            .unwrap()
+            .unwrap();
+        let built = build(&small(), &cell, &settings(Pause::None), &Reporter::new())?;
+        let schedules = built.schedules.into_iter();
+        Ok::<_, BuildError>(schedules.map(|s| s.number).collect::<Vec<u32>>())
+    };
+    // 8 and 6 m/min are asked for, in this order
+    assert_eq!(numbers(&[(5, "8 m/min"), (1, "6 m/min")]), Ok(vec![5, 1]));
+    assert_eq!(numbers(&[(1, "5 m/min")]), Ok(vec![2, 3]));
+    assert_eq!(numbers(&[(2, "8 m/min")]), Ok(vec![2, 1]));
+    let all: Vec<(u32, &str)> = (1..=31).map(|n| (n, "5 m/min")).collect();
+    assert!(matches!(numbers(&all), Err(BuildError::Schedules { .. })));
+}
+
 #[test]
 fn infinite_numbers_are_not_written() {
     let mut program = built(&small(), Pause::None).programs.remove(0);

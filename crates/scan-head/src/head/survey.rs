@@ -5,6 +5,7 @@ use crate::head::prepared::Layers;
 use crate::head::ready::ReadyHead;
 use crate::head::vector::ScanJob;
 use crate::measures::hatch::HatchDistance;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_toolpath::Role;
 
 /// A layer in figures.
@@ -37,6 +38,8 @@ pub struct Survey {
     pub short: u64,
     /// By how much they lengthen the job, s.
     pub lost: f64,
+    /// The longer side of the box round all marks, mm.
+    pub extent: f64,
     /// The median distance of neighbouring parallel lines, mm; none with fewer than two.
     pub hatch: Option<f64>,
 }
@@ -57,8 +60,10 @@ impl ReadyHead {
             fills: 0.0,
             short: 0,
             lost: 0.0,
+            extent: 0.0,
             hatch: None,
         };
+        let mut around = [DVec2::INFINITY, DVec2::NEG_INFINITY];
         for layer in self.checked(layers) {
             let layer = layer?;
             let job = &layer.job;
@@ -73,6 +78,9 @@ impl ReadyHead {
                     _ => continue,
                 }
                 marked += length;
+                for end in [job.start_of(i), v.end].map(DVec3::truncate) {
+                    around = [around[0].min(end), around[1].max(end)];
+                }
                 let time = length / v.speed;
                 if time > 0.0 && time < period {
                     found.short += 1;
@@ -91,6 +99,7 @@ impl ReadyHead {
             }
         }
         found.hatch = hatch.median();
+        found.extent = (around[1] - around[0]).max_element().max(0.0);
         Ok(found)
     }
 }

@@ -122,7 +122,7 @@ fn ground(judging: &Judge, path: &JudgedPath) -> Option<Fact> {
             "assumed: each of the {below} layers drawn below it starts at the start temperature (judge.memory = \"metal\")"
         ),
         (below, Some(between)) => format!(
-            "at most {highest:.0} °C, left by the {below} layers drawn below it, {} s after each; what lies below these was at the start temperature",
+            "at most {highest:.1} °C, left by the {below} layers drawn below it, {} s after each; what lies below these was at the start temperature",
             between.time
         ),
     };

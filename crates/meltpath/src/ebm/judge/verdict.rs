@@ -11,6 +11,7 @@ use crate::ebm::judge::advice::{MORE, Needs};
 use crate::ebm::judge::ends::Ends;
 use crate::ebm::judge::facts::Shown;
 use crate::ebm::judge::{Hole, JudgedPath, Run, melts_at_the_edge, of_all};
+use crate::ebm::plan::{DrawnPart, Plan};
 use crate::ebm::settings::{Good, Judge, Settings};
 use crate::ebm::simulate::Outcome;
 use crate::job::ebm::ChecksTable;
@@ -40,14 +41,41 @@ const JUDGE: &str =
     "let the solver judge the whole section: take  solver = \"none\"  out of [judge]";
 
 /// What is judged: of the path with better speeds where there is one.
-pub(in crate::ebm) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
-    let mut checks = of_temperatures(settings, outcome);
+pub(in crate::ebm) fn checks(plan: &Plan, outcome: &Outcome) -> Vec<Check> {
+    let path = outcome.path(plan);
+    let spots = path.points().iter().map(|p| p.spot);
+    let smallest = spots.fold(f64::INFINITY, f64::min);
+    let mut checks = of_temperatures((&plan.settings, smallest), outcome);
     checks.push(at_gun::check(outcome.gun.as_ref()));
+    checks.extend(plan.part.as_ref().and_then(whole_layer));
     checks
 }
 
+/// A part of several bodies of which one is judged, and the job does not say which.
+fn whole_layer(part: &DrawnPart) -> Option<Check> {
+    let [islands, island] = part.islands;
+    let left_out = islands.saturating_sub(1);
+    if left_out == 0 || part.chosen {
+        return None;
+    }
+    let check = Check::judge(
+        "areas",
+        "separate areas of the layer that are not judged",
+        Measure::exact(left_out as f64, ""),
+        Limit::AtMost(0.0),
+    );
+    let check = Check {
+        status: Status::CannotSay,
+        ..check
+    };
+    let words = format!("of {islands}, number {island} by size is drawn");
+    Some(check.because(&words).remedy(
+        "name the area that you mean by section.island (1 is the largest), and run each of them",
+    ))
+}
+
 /// What temperatures say.
-fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
+fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.job.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         // a job without charts has a judge
@@ -87,6 +115,7 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         cut: melts_at_the_edge(&path.highest, settings.material.liquidus),
         empty: empty(path),
         material: &settings.material,
+        spot,
         needs,
     };
     let first_end = path.ends.passed.first().map(|p| p.kelvin);
@@ -307,6 +336,8 @@ struct Section<'a> {
     /// A run in whose cells nothing of the section lies.
     empty: Option<Variant>,
     material: &'a Material,
+    /// The smallest of the beam's spots, mm.
+    spot: f64,
     needs: Needs,
 }
 
@@ -326,17 +357,25 @@ impl Section<'_> {
                 .remedy("a larger judge.part, or finer cells (judge.cell)");
         }
         if self.tally.molten() == 0 {
-            let check = Check {
-                status: Status::Fail,
-                ..check
+            return match self.too_coarse() {
+                Some(doubt) => doubt.on(Check {
+                    status: Status::CannotSay,
+                    ..check
+                }),
+                None => Check {
+                    status: Status::Fail,
+                    ..check
+                }
+                .because("nothing melts")
+                .remedy(MORE),
             };
-            return check.because("nothing melts").remedy(MORE);
         }
         let beyond = matches!(check.status, Status::Fail | Status::Warn);
         let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
         let doubts = [
             self.moved(figure, "NOT CONVERGED", &figure.share.numerical()),
             self.moved(figure, "NOT ROBUST", &figure.share.of_power()),
+            self.too_coarse(),
             self.unknown(),
             self.in_part(),
             self.cut_off(),
@@ -358,6 +397,19 @@ impl Section<'_> {
             remedies.push(cure.to_owned());
         }
         check.remedy(remedies.join("; "))
+    }
+
+    /// Cells that see of the beam its mean alone: what melts nothing there may melt, and the reverse.
+    fn too_coarse(&self) -> Option<Doubt> {
+        let [cell, spot] = [self.judging.resolution.cell, self.spot];
+        (cell > 0.5 * spot).then(|| Doubt {
+            reason: format!(
+                "cells of {:.0} µm are wider than half the beam's spot, {:.0} µm",
+                1e3 * cell,
+                1e3 * spot
+            ),
+            remedy: "finer cells (judge.cell)".to_owned(),
+        })
     }
 
     /// Where a figure is not `what`: what moves it among the changes of `share`.

@@ -1,104 +1,237 @@
-//! Layers whose contours enclose much more than their lines fill: lines that a file lost are missed by no measure of what is drawn.
+//! What closed contours of a file's layers enclose and no mark comes near: lines that a file lost are missed by no measure of what is drawn.
 
-use meltpath_base::{Place, Reporter, Warning};
+use meltpath_base::number::significant;
+use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::region::{crosses, signed_area};
 use meltpath_toolpath::{Layer, Role};
 
 use crate::lpbf::plan::work::{Source, Work};
 
-/// Share of what contours enclose that lines and contours may leave out before it is told.
-const LEFT_OUT: f64 = 0.2;
+/// Share of one enclosed area that may stay bare, %: a hatch that is drawn a little short of its contour.
+const BARE: f64 = 1.0;
+/// What no mark comes nearer to than so many hatch distances is bare. Lines a hatch apart leave half of one, one missing line a whole one.
+const NEAR: f64 = 1.05;
+/// Edge of a cell, in hatch distances.
+const CELL: f64 = 0.5;
+/// Cells of a layer at most: those of a larger one are larger.
+const CELLS: f64 = 16e6;
 /// Hatch distances up to which a ring lies beside the one round it all along: both are contours of one boundary.
 const BESIDE: f64 = 1.6;
 /// Rings end where they begin, mm.
 const CLOSED: f64 = 1e-3;
 
-/// Layers of which much is not filled.
-#[derive(Debug, Default)]
-struct Unfilled {
-    /// So many, of those with contours and lines.
-    layers: [usize; 2],
-    /// The one of which the largest share is not filled: number, mm² enclosed, mm² of lines and contours.
-    worst: Option<(u32, [f64; 2])>,
-    /// Layers of contours alone, with what they enclose and what they cover.
-    alone: Vec<(u32, [f64; 2])>,
+/// An area of a layer that stays bare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bare {
+    layer: u32,
+    /// Share of what its contours enclose.
+    share: f64,
+    /// mm².
+    enclosed: f64,
+    /// A bare place.
+    at: DVec2,
 }
 
-impl Unfilled {
+/// What was found in the layers of a file.
+#[derive(Debug, Default)]
+struct Found {
+    /// Whether some layer has lines.
+    filled: bool,
+    /// Areas looked at, and how many of them stay bare by more than they may.
+    areas: [usize; 2],
+    worst: Option<Bare>,
+}
+
+impl Found {
     /// Looks at a layer whose lines lie `hatch` mm apart.
     fn take(&mut self, layer: &Layer, hatch: f64) {
+        self.filled |= layer.passes().any(|p| p.head.role == Role::Fill);
         let rings = rings(layer);
-        let long = |role: Role| -> f64 {
-            let of = layer.passes().filter(|p| p.head.role == role);
-            of.flat_map(|p| p.points.windows(2))
-                .map(|w| w[0].distance(w[1]))
-                .sum()
+        let boundaries = boundaries(&rings, hatch);
+        let Some(cells) = Cells::of(&boundaries, hatch) else {
+            return;
         };
-        let enclosed = enclosed(&rings, hatch);
-        if enclosed <= 0.0 {
-            return;
-        }
-        let [fills, contours] = [Role::Fill, Role::Contour].map(long);
-        let areas = [enclosed, hatch * (fills + contours)];
-        if fills > 0.0 {
-            self.count(layer.number, areas);
-        } else {
-            self.alone.push((layer.number, areas));
-        }
-    }
-
-    fn count(&mut self, number: u32, areas @ [enclosed, drawn]: [f64; 2]) {
-        self.layers[1] += 1;
-        if drawn >= (1.0 - LEFT_OUT) * enclosed {
-            return;
-        }
-        self.layers[0] += 1;
-        let share = |[enclosed, drawn]: [f64; 2]| drawn / enclosed;
-        if self
-            .worst
-            .is_none_or(|(_, worst)| share(areas) < share(worst))
-        {
-            self.worst = Some((number, areas));
-        }
-    }
-
-    /// Warns where there are any; a file of contours alone asks for no lines.
-    fn tell(mut self, reporter: &Reporter) {
-        if self.layers[1] > 0 {
-            for (number, areas) in std::mem::take(&mut self.alone) {
-                self.count(number, areas);
+        let marked = cells.marked(layer, NEAR * hatch);
+        for area in cells.areas(&cells.enclosed(&boundaries)) {
+            let bare: Vec<usize> = area.iter().copied().filter(|c| !marked[*c]).collect();
+            let share = bare.len() as f64 / area.len() as f64;
+            self.areas[0] += 1;
+            self.areas[1] += usize::from(100.0 * share > BARE);
+            if self.worst.is_none_or(|w| share > w.share) {
+                self.worst = Some(Bare {
+                    layer: layer.number,
+                    share,
+                    enclosed: area.len() as f64 * cells.edge * cells.edge,
+                    at: cells.middle(bare.get(bare.len() / 2).copied().unwrap_or(area[0])),
+                });
             }
         }
-        let ([found, of], Some((number, [enclosed, drawn]))) = (self.layers, self.worst) else {
-            return;
-        };
-        let layers = if of == 1 { "layer" } else { "layers" };
-        reporter.warn_at(
-            "contours-not-filled",
-            format!(
-                "in {found} of {of} {layers} contours enclose much more than lines fill: in layer {number} they enclose {enclosed:.1} mm², lines and contours cover {drawn:.1} mm² at most; the fill rate is of what lines fill"
-            ),
-            Place::layer(number),
-            "are lines missing in the file? Where contours alone, or lines of other layers, fill the rest, nothing is wrong",
+    }
+
+    /// A file of contours alone asks for no lines.
+    fn check(&self) -> Option<Check> {
+        let worst = self.worst.filter(|_| self.filled)?;
+        let check = Check::judge(
+            "enclosed",
+            "largest share of an area within closed contours that no mark comes near",
+            Measure::exact(100.0 * worst.share, "%"),
+            Limit::AtMost(BARE),
         );
+        let place = Place {
+            layer: Some(worst.layer),
+            ..Place::at([worst.at.x, worst.at.y, 0.0])
+        };
+        if check.status == Status::Pass {
+            return Some(check);
+        }
+        let [of, bare] = self.areas;
+        let reason = format!(
+            "of {} mm² in one area; {bare} of {of} areas of the file's layers; whether that is meant the file does not say",
+            significant(worst.enclosed, 3)
+        );
+        let check = Check {
+            status: Status::CannotSay,
+            ..check
+        };
+        Some(check.because(&reason).at(place).remedy(
+            "lines that the file lost: hatch the part anew; where contours alone, or lines of other layers, are to fill it, judge a file without these contours",
+        ))
     }
 }
 
-/// What is told of layers of a file whose contours enclose much more than their lines fill; `hatch` is the distance of their lines, mm,
-/// where the job does not say it. Whatever cannot be read is told where it runs.
-pub(in crate::lpbf) fn told(work: &Work, hatch: Option<f64>) -> Vec<Warning> {
-    let reporter = Reporter::new();
-    if let Work::Layers(set) = work
-        && let Source::File(file) = &set.source
-        && let Some(hatch) = set.hatch.or(hatch)
-        && let Ok(layers) = file.layers()
-    {
-        let mut found = Unfilled::default();
-        layers.flatten().for_each(|layer| found.take(&layer, hatch));
-        found.tell(&reporter);
+/// Judges the layers of a file that have closed contours; `hatch` is the distance of their lines, mm, where the job does not say it. Whatever
+/// cannot be read is told where it runs.
+pub(in crate::lpbf) fn check(work: &Work, hatch: Option<f64>) -> Option<Check> {
+    let Work::Layers(set) = work else {
+        return None;
+    };
+    let Source::File(file) = &set.source else {
+        return None;
+    };
+    let hatch = set.hatch.or(hatch)?;
+    let mut found = Found::default();
+    let layers = file.layers().ok()?;
+    layers.flatten().for_each(|layer| found.take(&layer, hatch));
+    found.check()
+}
+
+/// Cells over what the contours of a layer enclose.
+struct Cells {
+    low: DVec2,
+    edge: f64,
+    size: [usize; 2],
+}
+
+impl Cells {
+    fn of(boundaries: &[&[DVec2]], hatch: f64) -> Option<Cells> {
+        let points = || boundaries.iter().copied().flatten().copied();
+        let low = points().reduce(DVec2::min)?;
+        let extent = points().reduce(DVec2::max)? - low;
+        let edge = (CELL * hatch).max((extent.x * extent.y / CELLS).sqrt());
+        let cells = |length: f64| (length / edge).ceil().max(1.0) as usize;
+        (edge > 0.0 && edge.is_finite()).then(|| Cells {
+            low,
+            edge,
+            size: [cells(extent.x), cells(extent.y)],
+        })
     }
-    reporter.warnings()
+
+    fn middle(&self, cell: usize) -> DVec2 {
+        let at = [cell % self.size[0], cell / self.size[0]].map(|n| n as f64 + 0.5);
+        self.low + self.edge * DVec2::from(at)
+    }
+
+    /// The cells of a row or column whose middles lie between two places.
+    fn between(&self, axis: usize, [from, to]: [f64; 2]) -> std::ops::Range<usize> {
+        let low = [self.low.x, self.low.y][axis];
+        let at = |x: f64| ((x - low) / self.edge - 0.5).ceil().max(0.0) as usize;
+        at(from)..at(to).min(self.size[axis])
+    }
+
+    /// Cells whose middles lie within an odd number of boundaries.
+    fn enclosed(&self, boundaries: &[&[DVec2]]) -> Vec<bool> {
+        let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); self.size[1]];
+        for ring in boundaries {
+            for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+                for row in self.between(1, [a.y.min(b.y), a.y.max(b.y)]) {
+                    let y = self.middle(row * self.size[0]).y;
+                    crossings[row].push(a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
+                }
+            }
+        }
+        let mut enclosed = vec![false; self.size[0] * self.size[1]];
+        for (row, crossings) in crossings.iter_mut().enumerate() {
+            crossings.sort_by(f64::total_cmp);
+            for pair in crossings.as_chunks::<2>().0 {
+                let range = self.between(0, *pair);
+                enclosed[row * self.size[0]..][range].fill(true);
+            }
+        }
+        enclosed
+    }
+
+    /// Cells whose middles lie within a distance of a mark.
+    fn marked(&self, layer: &Layer, within: f64) -> Vec<bool> {
+        let mut marked = vec![false; self.size[0] * self.size[1]];
+        let passes = layer.passes();
+        let passes = passes.filter(|p| matches!(p.head.role, Role::Fill | Role::Contour));
+        for two in passes.flat_map(|p| p.points.windows(2)) {
+            let [a, b] = [two[0].truncate(), two[1].truncate()];
+            let along = b - a;
+            for row in self.between(1, [a.y.min(b.y) - within, a.y.max(b.y) + within]) {
+                let y = self.middle(row * self.size[0]).y;
+                // of the line what lies so near the row
+                let share = |y: f64| ((y - a.y) / along.y).clamp(0.0, 1.0);
+                let shares = if along.y == 0.0 {
+                    [0.0, 1.0]
+                } else {
+                    [share(y - within), share(y + within)]
+                };
+                let [p, q] = shares.map(|s| a.x + s * along.x);
+                for column in self.between(0, [p.min(q) - within, p.max(q) + within]) {
+                    let cell = row * self.size[0] + column;
+                    marked[cell] = marked[cell] || off(self.middle(cell), a, b) <= within;
+                }
+            }
+        }
+        marked
+    }
+
+    /// Areas of cells that hang together.
+    fn areas(&self, enclosed: &[bool]) -> Vec<Vec<usize>> {
+        let [columns, rows] = self.size;
+        let mut left = enclosed.to_vec();
+        let mut areas = Vec::new();
+        for first in 0..left.len() {
+            if !std::mem::take(&mut left[first]) {
+                continue;
+            }
+            let mut area = vec![first];
+            let mut next = 0;
+            while let Some(&cell) = area.get(next) {
+                next += 1;
+                let [x, y] = [cell % columns, cell / columns];
+                let beside = [
+                    (x > 0).then(|| cell - 1),
+                    (x + 1 < columns).then(|| cell + 1),
+                    (y > 0).then(|| cell - columns),
+                    (y + 1 < rows).then(|| cell + columns),
+                ];
+                let open = beside.into_iter().flatten();
+                area.extend(open.filter(|c| std::mem::take(&mut left[*c])));
+            }
+            areas.push(area);
+        }
+        areas
+    }
+}
+
+/// How far a place is from a line between two others.
+fn off(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let along = b - a;
+    let share = (p - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    p.distance(a + share.clamp(0.0, 1.0) * along)
 }
 
 /// The closed contours of a layer; what is drawn on from where the last contour ended goes on with it.
@@ -122,14 +255,12 @@ fn rings(layer: &Layer) -> Vec<Vec<DVec2>> {
     found
 }
 
-/// A ring with its box and its signed area, and how deep it lies.
+/// A ring with its box and its signed area.
 struct Nested<'a> {
     ring: &'a [DVec2],
     low: DVec2,
     high: DVec2,
     area: f64,
-    /// Boundaries round it, itself included: what lies within an odd number of them is enclosed.
-    depth: u32,
 }
 
 impl Nested<'_> {
@@ -142,8 +273,8 @@ impl Nested<'_> {
     }
 }
 
-/// What rings enclose, mm²: holes are not, whichever way they run, and of contours side by side the outermost counts.
-fn enclosed(rings: &[Vec<DVec2>], hatch: f64) -> f64 {
+/// The rings that bound what is enclosed, whichever way they run: of contours side by side the outermost.
+fn boundaries(rings: &[Vec<DVec2>], hatch: f64) -> Vec<&[DVec2]> {
     let mut all: Vec<Nested<'_>> = rings
         .iter()
         .map(|ring| Nested {
@@ -151,41 +282,26 @@ fn enclosed(rings: &[Vec<DVec2>], hatch: f64) -> f64 {
             high: ring.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max),
             area: signed_area(ring),
             ring,
-            depth: 1,
         })
         .collect();
     all.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));
-    let mut sum = 0.0;
-    for n in 0..all.len() {
-        let (before, rest) = all.split_at_mut(n);
-        let own = &mut rest[0];
+    let doubles = |n: usize| {
+        let own = &all[n];
         // the smallest of the larger ones that hold it
-        let Some(round) = before.iter().rev().find(|r| r.holds(own.ring[0])) else {
-            sum += own.area.abs();
-            continue;
-        };
-        let same_way = round.area.signum() == own.area.signum();
-        if same_way && beside(own.ring, round.ring, BESIDE * hatch) {
-            own.depth = round.depth;
-            continue;
-        }
-        own.depth = round.depth + 1;
-        let sign = if own.depth % 2 == 1 { 1.0 } else { -1.0 };
-        sum += sign * own.area.abs();
-    }
-    sum
+        let round = all[..n].iter().rev().find(|r| r.holds(own.ring[0]));
+        round.is_some_and(|round| {
+            round.area.signum() == own.area.signum() && beside(own.ring, round.ring, BESIDE * hatch)
+        })
+    };
+    let bound = (0..all.len()).filter(|n| !doubles(*n));
+    bound.map(|n| all[n].ring).collect()
 }
 
 /// Whether every corner of a ring lies within a distance of another.
 fn beside(ring: &[DVec2], round: &[DVec2], within: f64) -> bool {
     let near = |p: DVec2| {
-        let ends = round.iter().zip(round.iter().cycle().skip(1));
-        let mut sides = ends.map(|(a, b)| {
-            let along = *b - *a;
-            let share = (p - *a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-            p.distance(*a + share.clamp(0.0, 1.0) * along)
-        });
-        sides.any(|away| away <= within)
+        let mut sides = round.iter().zip(round.iter().cycle().skip(1));
+        sides.any(|(a, b)| off(p, *a, *b) <= within)
     };
     ring.iter().all(|p| near(*p))
 }
@@ -223,14 +339,16 @@ mod tests {
         layer
     }
 
-    fn said(layers: &[Layer]) -> Option<String> {
-        let mut found = Unfilled::default();
+    fn said(layers: &[Layer]) -> Option<Check> {
+        let mut found = Found::default();
         for layer in layers {
             found.take(layer, 0.1);
         }
-        let reporter = Reporter::new();
-        found.tell(&reporter);
-        reporter.warnings().into_iter().next().map(|w| w.message)
+        found.check()
+    }
+
+    fn passes(layers: &[Layer]) -> bool {
+        said(layers).unwrap().status == Status::Pass
     }
 
     const WHOLE: [f64; 4] = [0.0, 0.0, 6.0, 4.0];
@@ -239,17 +357,62 @@ mod tests {
     fn lines_that_are_missing_are_told() {
         let half = layer(&[(WHOLE, 1.0)], &[[0.0, 0.0, 6.0, 2.0]]);
         let full = layer(&[(WHOLE, 1.0)], &[WHOLE]);
-        assert_eq!(said(std::slice::from_ref(&full)), None);
-        let words = said(&[full.clone(), half]).unwrap();
-        assert!(
-            words.starts_with("in 1 of 2 layers") && words.contains("enclose 24.0 mm²"),
-            "{words}"
-        );
+        assert!(passes(std::slice::from_ref(&full)));
+        let check = said(&[full.clone(), half]).unwrap();
+        assert_eq!(check.status, Status::CannotSay);
+        // two hatch distances of the half are near its last line and its contour
+        assert!((check.value.unwrap().value - 45.0).abs() < 2.0);
         // a layer that lost all its lines; a file of contours alone; one without contours
         let bare = layer(&[(WHOLE, 1.0)], &[]);
-        assert!(said(&[full, bare.clone()]).is_some());
+        assert!(!passes(&[full, bare.clone()]));
         assert_eq!(said(&[bare]), None);
         assert_eq!(said(&[layer(&[], &[[0.0, 0.0, 6.0, 2.0]])]), None);
+    }
+
+    /// One line may miss, as hatches that begin anew leave it; three in the middle of a layer may not, nor all of a small body beside a large
+    /// one, nor five of six all over.
+    #[test]
+    fn few_lines_and_small_bodies_count() {
+        let without = |gap: f64| {
+            layer(
+                &[(WHOLE, 1.0)],
+                &[[0.0, 0.0, 6.0, 2.0], [0.0, 2.0 + gap, 6.0, 4.0]],
+            )
+        };
+        assert!(passes(&[without(0.1)]));
+        assert!(!passes(&[without(0.3)]));
+        let small = [8.0, 0.0, 9.0, 1.0];
+        let shell = layer(&[(WHOLE, 1.0), (small, 1.0)], &[WHOLE]);
+        let check = said(&[shell]).unwrap();
+        assert_eq!(check.status, Status::CannotSay);
+        assert!((check.value.unwrap().value - 64.0).abs() < 6.0);
+        let mut thin = layer(&[(WHOLE, 1.0)], &[]);
+        for n in 0..7 {
+            let y = 0.6 * f64::from(n);
+            let head = PassHead {
+                role: Role::Fill,
+                ..PassHead::default()
+            };
+            let ends = [DVec3::new(0.0, y, 0.0), DVec3::new(6.0, y, 0.0)];
+            thin.polyline(head, ends);
+        }
+        assert!(!passes(&[thin]));
+    }
+
+    /// A hatch that runs across, as one along: cells are looked for along each line alone.
+    #[test]
+    fn lines_across_fill_as_those_along() {
+        let mut slant = layer(&[(WHOLE, 1.0)], &[]);
+        for n in -60..100 {
+            let x = 0.1 * 2.0_f64.sqrt() * f64::from(n);
+            let head = PassHead {
+                role: Role::Fill,
+                ..PassHead::default()
+            };
+            let ends = [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 4.0, 4.0, 0.0)];
+            slant.polyline(head, ends);
+        }
+        assert!(passes(&[slant]));
     }
 
     /// Holes of either way round are not to be filled, islands in them are; contours side by side are one boundary.
@@ -263,15 +426,20 @@ mod tests {
             [5.0, 0.5, 6.0, 3.5],
         ];
         for way in [1.0, -1.0] {
-            assert_eq!(said(&[layer(&[(WHOLE, 1.0), (hole, way)], &frame)]), None);
+            assert!(passes(&[layer(&[(WHOLE, 1.0), (hole, way)], &frame)]));
         }
         let inner = [0.1, 0.1, 5.9, 3.9];
         let half = [[0.0, 0.0, 6.0, 2.0]];
-        assert!(said(&[layer(&[(inner, 1.0), (WHOLE, 1.0)], &half)]).is_some());
+        assert!(!passes(&[layer(&[(inner, 1.0), (WHOLE, 1.0)], &half)]));
         let island = [2.0, 1.0, 4.0, 3.0];
         let rings = [(WHOLE, 1.0), (hole, -1.0), (island, 1.0)];
         let areas: f64 = 24.0 - 12.0 + 4.0;
         let found = super::rings(&layer(&rings, &[]));
-        assert!((enclosed(&found, 0.1) - areas).abs() < 1e-9);
+        let boundaries = boundaries(&found, 0.1);
+        let cells = Cells::of(&boundaries, 0.1).unwrap();
+        let enclosed = cells.enclosed(&boundaries);
+        let count = enclosed.iter().filter(|c| **c).count() as f64;
+        assert!((count * cells.edge * cells.edge - areas).abs() < 0.5);
+        assert_eq!(cells.areas(&enclosed).len(), 2);
     }
 }

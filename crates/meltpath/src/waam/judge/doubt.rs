@@ -364,6 +364,19 @@ pub(in crate::waam) fn undecided(checks: &mut [Check], doubts: &[Doubt]) {
     }
 }
 
+/// What keeps the metal from being decided about: `doubts`, and a torch that stands with the arc on where the source feeds by the distance of
+/// the contact tube, since how much metal it lays is not known then.
+pub(in crate::waam) fn of_metal(
+    doubts: &[Doubt],
+    standing: Option<&(Doubt, Place)>,
+    settings: &Settings,
+) -> Vec<Doubt> {
+    let response = settings.deposit.feed_response;
+    let answers = response.is_some_and(|r| r.slope != 0.0);
+    let standing = standing.filter(|_| answers).map(|(doubt, _)| doubt);
+    doubts.iter().chain(standing).cloned().collect()
+}
+
 /// Takes the decision from checks of the contact tube's distance by a torch that stands with the arc on, beside what else is doubted.
 pub(in crate::waam) fn undecided_under_torch(
     checks: &mut [Check],

@@ -7,7 +7,7 @@ use meltpath::chain::RunError;
 use meltpath::ebm::plan::region::Below;
 use meltpath::ebm::simulate::{Outcome, simulate};
 use meltpath::outcome::RunFolder::At;
-use meltpath_base::{Observer, Reporter, Silent};
+use meltpath_base::{Observer, Reporter, Silent, Status};
 use meltpath_thermal::criteria::{Classes, Tally};
 
 const JOB: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\nvoxel = \"100 µm\"\n[hatch]\n";
@@ -20,6 +20,27 @@ fn job(folder: &Path, extra: &str) -> PathBuf {
     std::fs::copy(bridge(), folder.join("bridge.step")).unwrap();
     let text = format!("part = \"bridge.step\"\n{JOB}{extra}");
     write(folder, "job.toml", super::previewed(&text))
+}
+
+/// Of the two legs of the bridge one is drawn: a job that does not say which decides nothing of the layer.
+#[test]
+fn areas_that_nobody_chose_are_not_left_out_in_silence() {
+    let dir = tempfile::tempdir().unwrap();
+    let of = |island: &str| {
+        let file = job(
+            dir.path(),
+            &format!("[section]\nheight = \"1.02 mm\"\n{island}"),
+        );
+        let out = dir.path().join("out");
+        let verdict = chain::run(&file, At(&out), &Silent).unwrap().verdict;
+        std::fs::remove_dir_all(out).unwrap();
+        verdict.checks.into_iter().find(|c| c.id == "areas")
+    };
+    let told = of("").unwrap();
+    assert_eq!(told.status, Status::CannotSay);
+    says(&told.reason, &["of 2", "number 1"]);
+    says(&told.remedy.unwrap(), &["section.island"]);
+    assert_eq!(of("island = 2\n"), None);
 }
 
 #[test]
