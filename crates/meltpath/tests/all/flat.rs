@@ -75,7 +75,7 @@ fn a_plan_with_long_craters_says_no_more_than_its_program() {
     let cell = |time: &str| {
         meltpath_data::cells::ARCMATE_120IC.text.to_owned()
             + &format!(
-                "[[program.schedule]]\nnumber = 4\nwire_feed = \"8 m/min\"\ncrater_time = \"{time}\"\n"
+                "[[program.schedule]]\nnumber = 4\nwire_feed = \"7 m/min\"\ncrater_time = \"{time}\"\n"
             )
     };
     let verdict = |time: &str| {

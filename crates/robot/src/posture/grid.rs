@@ -269,11 +269,18 @@ mod tests {
             let configurations = BTreeMap::new();
             let task = task(&cell, &configurations);
             let grid = Grid::of(&task);
+            let mut solved = 0;
             for i in 0..12 {
                 let (s, c) = (0.5 * f64::from(i) + 0.1).sin_cos();
                 let out = DVec3::new(0.5 * c, 0.5 * s, 1.0).normalize();
                 let tip = Pose::of_tool(DVec3::ZERO, out, 0.3);
                 let stands = grid.level.as_ref().unwrap().at(tip);
+                // axes that are not square to one another do not reach all directions
+                if stands == [None; 2] {
+                    assert_eq!(second, "[0, 0.6, 0.8]");
+                    continue;
+                }
+                solved += 1;
                 assert_eq!(stands.iter().flatten().count(), 2);
                 let site = Site {
                     stands,
@@ -288,6 +295,7 @@ mod tests {
                     assert!(lean(&task, &carried, tip) < 1e-6);
                 }
             }
+            assert!(solved > 2, "{second}: {solved}");
         }
         let cell = cell(&format!(
             "axes = [{{ {place}, axis = [1, 0, 0] }}]\nlow = [\"-90 deg\"]\nhigh = [\"90 deg\"]\n"

@@ -9,7 +9,7 @@ use meltpath_toolpath::{Layer, Role};
 use crate::lpbf::plan::work::{Source, Work};
 
 /// Share of one enclosed area that may stay bare, %: a hatch that is drawn a little short of its contour.
-const BARE: f64 = 1.0;
+const BARE: f64 = 2.0;
 /// What no mark comes nearer to than so many hatch distances is bare. Lines a hatch apart leave half of one, one missing line a whole one.
 const NEAR: f64 = 1.05;
 /// Edge of a cell, in hatch distances.
