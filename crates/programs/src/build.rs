@@ -262,7 +262,8 @@ impl Builder<'_> {
         if let Some(schedule) = known {
             return schedule.number;
         }
-        let number = self.wording.number(wire_feed, &self.schedules).unwrap_or(0);
+        let taken = |n: u32| self.schedules.iter().any(|s| s.number == n);
+        let number = self.wording.number(wire_feed, taken).unwrap_or(0);
         self.schedules.push(Schedule { number, wire_feed });
         number
     }

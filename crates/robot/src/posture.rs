@@ -14,7 +14,6 @@ mod free;
 mod grid;
 mod joint_move;
 mod ladder;
-mod level;
 mod narrow;
 mod parting;
 mod search;

@@ -74,7 +74,8 @@ impl Builder<'_> {
             if self.needed.iter().any(|s| s.wire_feed == wire_feed) {
                 continue;
             }
-            let number = self.wording.number(wire_feed, &self.needed);
+            let taken = |n: u32| self.needed.iter().any(|s| s.number == n);
+            let number = self.wording.number(wire_feed, taken);
             let number = number.ok_or_else(|| match self.settings.dialect {
                 Dialect::FanucLs => BuildError::Schedules {
                     available: *self.cell.arc.schedules,

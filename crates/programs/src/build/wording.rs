@@ -2,7 +2,6 @@
 
 use meltpath_base::Ratio;
 
-use super::Schedule;
 use super::error::BuildError;
 use crate::cell::{CellProgramming, WeldSchedule};
 use crate::inform::{InformWords, zone_near};
@@ -52,8 +51,8 @@ impl<'a> Wording<'a> {
     }
 
     /// The number of the schedule that sets a wire feed, mm/s: of a FANUC that lists none for it the first of its range that no other wire
-    /// feed has.
-    pub(super) fn number(&self, wire_feed: f64, taken: &[Schedule]) -> Option<u32> {
+    /// feed has; `taken` tells which of them are.
+    pub(super) fn number(&self, wire_feed: f64, taken: impl Fn(u32) -> bool) -> Option<u32> {
         if let Some(listed) = self.listed(wire_feed) {
             return Some(*listed.number);
         }
@@ -62,9 +61,7 @@ impl<'a> Wording<'a> {
         }
         let first = *self.cell.arc.first_schedule;
         let mut range = first..first.saturating_add(*self.cell.arc.schedules);
-        range.find(|n| {
-            taken.iter().all(|s| s.number != *n) && self.called().all(|s| *s.number != *n)
-        })
+        range.find(|n| !taken(*n) && self.called().all(|s| *s.number != *n))
     }
 
     /// The arc word for a schedule.

@@ -37,7 +37,7 @@ impl Choice {
 #[derive(Clone, Copy)]
 pub(super) struct Carried {
     holder: Holder,
-    pub(super) world_from_part: DQuat,
+    world_from_part: DQuat,
 }
 
 impl Carried {
@@ -96,13 +96,9 @@ pub(super) fn cost(cell: &Cell, joints: [f64; 6], lean: f64, slack: f64) -> f64 
     discomfort(&cell.arm, joints) + lean * lean
 }
 
-/// An axis of a positioner turns so much farther at the cost of a joint: with that of the joints the torch leans by 5° round a cone of 25 mm to save
-/// turning the table.
-const TURNING: f64 = 4.0;
-
 /// The squares of a step of track and positioner, rad².
 pub(super) fn travel(a: External, b: External) -> f64 {
-    let weight = [REACH, TURNING, TURNING];
+    let weight = [REACH, 1.0, 1.0];
     let step = |i: usize| (b.0[i] - a.0[i]) / weight[i];
     (0..3).map(|i| step(i) * step(i)).sum()
 }

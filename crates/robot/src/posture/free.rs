@@ -1,14 +1,12 @@
 //! A run with everything free: chosen wide, drawn narrow, followed, and chosen again where it does not hold.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::TAU;
 
 use meltpath_base::Observer;
 
 use super::chain::{Chain, End};
 use super::choice::{self, Carried, Choice, Held};
 use super::follow::verify;
-use super::grid::Grid;
 use super::narrow::{Drawn, Narrow};
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places};
 use super::wide::{Wide, is_same};
@@ -17,11 +15,6 @@ use crate::cell::Values;
 /// Least distance of key places, mm, and of those where ways are chosen wide.
 const NEAR: f64 = 10.0;
 const FAR: f64 = 40.0;
-/// A key place lies nearer where the axes turn by this on the way, rad.
-const TURNED: f64 = TAU / 8.0;
-
-/// Pieces of the way between two key places on which the torch turns by less than half a turn.
-const PIECES: u32 = 8;
 
 /// How often another way is looked for.
 const ATTEMPTS: usize = 40;
@@ -40,23 +33,12 @@ pub(super) struct Free<'a> {
     drawn: Drawn,
 }
 
-/// Ends of moves at least so far apart; nearer where the arc begins or ends, and where the axes turn to keep the torch level. The first and the
-/// last are among them.
-fn spaced((chain, grid): (&Chain, &Grid), ends: impl Iterator<Item = f64>, least: f64) -> Vec<f64> {
-    let whole = chain.length();
-    let pairs = chain.legs.windows(2);
-    let changes = pairs.filter(|pair| pair[0].time.is_some() != pair[1].time.is_some());
-    let changes: Vec<f64> = changes.map(|p| p[0].begin + p[0].length).collect();
+/// Ends of moves at least so far apart, the first and the last among them.
+fn spaced(ends: impl Iterator<Item = f64>, least: f64, whole: f64) -> Vec<f64> {
     let mut spaced = vec![0.0];
-    let mut last = grid.site(chain, [0.0, 0.0]);
     for end in ends {
-        let from = spaced.last().copied().unwrap_or(0.0);
-        let site = grid.site(chain, [from, end]);
-        let nearer = changes.binary_search_by(|c| c.total_cmp(&end)).is_ok()
-            || Grid::turning(&last, &site) >= TURNED;
-        if end - from >= least || (nearer && end > from) {
+        if end - spaced.last().copied().unwrap_or(0.0) >= least {
             spaced.push(end);
-            last = site;
         }
     }
     if spaced.last().is_some_and(|last| *last < whole) {
@@ -67,15 +49,14 @@ fn spaced((chain, grid): (&Chain, &Grid), ends: impl Iterator<Item = f64>, least
 
 impl<'a> Free<'a> {
     pub(super) fn new(task: &'a Task<'a>, chain: &'a Chain, guard: Option<Guard<'a>>) -> Self {
-        let grid = Grid::of(task);
+        let whole = chain.length();
         let ends = chain.legs.iter().filter(|l| l.end == End::Target);
-        let ends = ends.map(|l| l.begin + l.length);
-        let places = spaced((chain, &grid), ends, NEAR);
-        let far = spaced((chain, &grid), places.iter().skip(1).copied(), FAR);
+        let places = spaced(ends.map(|l| l.begin + l.length), NEAR, whole);
+        let far = spaced(places.iter().skip(1).copied(), FAR, whole);
         Free {
             task,
             chain,
-            wide: Wide::new(task, chain, (far, grid), guard),
+            wide: Wide::new(task, chain, far, guard),
             places,
             followed: BTreeSet::new(),
             guarded: BTreeMap::new(),
@@ -163,30 +144,14 @@ impl<'a> Free<'a> {
         }
     }
 
-    /// The turn about the wire at a choice.
-    fn turn(&self, length: f64, choice: Choice) -> f64 {
-        let carried = Carried::at(self.task, choice.external);
-        carried.turn(self.chain.at(length).0, choice.heading)
-    }
-
-    /// The turn about the wire at a key place as it comes on from that at the one before: an axis may turn by more than half a turn between.
-    fn turned_on(&self, before: &Held, way: &Held, last: f64) -> f64 {
-        (1..=PIECES).fold(last, |last, piece| {
-            let length =
-                before.length + (way.length - before.length) * f64::from(piece) / f64::from(PIECES);
-            choice::unwound(self.turn(length, between(before, way, length)), last)
-        })
-    }
-
     /// The run with a way: rotations at its key places, track and positioner at the ends of its moves.
     fn chosen(&self, ways: &[Held]) -> Chain {
         let mut turns: Vec<(f64, f64)> = Vec::with_capacity(ways.len());
-        for (i, way) in ways.iter().enumerate() {
-            let turn = match (i.checked_sub(1).map(|i| &ways[i]), turns.last()) {
-                (Some(before), Some((_, last))) => self.turned_on(before, way, *last),
-                _ => self.turn(way.length, way.choice),
-            };
-            turns.push((way.length, turn));
+        for way in ways {
+            let carried = Carried::at(self.task, way.choice.external);
+            let turn = carried.turn(self.chain.at(way.length).0, way.choice.heading);
+            let last = turns.last().map_or(turn, |t| t.1);
+            turns.push((way.length, choice::unwound(turn, last)));
         }
         let first = ways.first();
         let mut chain = Chain {
@@ -225,6 +190,8 @@ fn between(a: &Held, b: &Held, length: f64) -> Choice {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use meltpath_base::Silent;
     use meltpath_data::{find, robots};
     use meltpath_geometry::Pose;
@@ -326,42 +293,5 @@ mod tests {
         let best = exhaustive(&task, chain, &free.places);
         assert_eq!(free.places.len(), 4);
         assert!(found <= 1.02 * best, "{found:e} {best:e}");
-    }
-
-    /// Round a cone the second axis turns once round with every pass, far more than a step of the wide search between two of its places on a
-    /// small one: the torch stayed at the cone's lean or tipped over in the middle of a bead.
-    #[test]
-    fn a_small_cone_is_kept_level_all_round() {
-        let text = find(robots::ALL, "fanuc-arcmate-120ic").unwrap().text;
-        let cell = cell::read(text).unwrap();
-        for (radius, lean) in [(40.0, 0.5_f64), (60.0, 0.17)] {
-            let pose = |i: u32| {
-                let (s, c) = (0.1 * f64::from(i)).sin_cos();
-                let out = DVec3::new(-lean.sin() * c, -lean.sin() * s, lean.cos());
-                Pose::of_tool(radius * DVec3::new(c, s, 0.0), out, 0.0)
-            };
-            let commands: Vec<Command> = (1..=60)
-                .map(|i| Command {
-                    source: Source::On { wire_feed: 100.0 },
-                    orientation: pose(i).orientation,
-                    ..Command::line(i - 1, pose(i).position, 10.0, Smoothing::Fine)
-                })
-                .collect();
-            let configurations = BTreeMap::new();
-            let task = Task {
-                cell: &cell,
-                values: cell.at_rest(),
-                axes: Axes::Free,
-                start: pose(0),
-                commands: &commands,
-                rotation: Rotation::Free,
-                configurations: &configurations,
-            };
-            let held = super::super::hold(&task, &Silent).unwrap();
-            let leaned = held.margins.lean.unwrap();
-            let greatest = leaned.greatest.value.to_degrees();
-            // of 29 and 10 degrees
-            assert!(greatest < 2.0, "{radius} mm: {greatest}");
-        }
     }
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{is_wound, motion, step_over};
-use super::grid::{Cube, Grid, LONG, Site};
+use super::grid::{Cube, Grid, LONG};
 use super::joint_move::{cost_of, least_room};
 use super::ladder::milder;
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places, keep_clear};
@@ -19,8 +19,8 @@ use crate::cell::Values;
 
 /// Headings about the wire.
 pub(super) const HEADINGS: u8 = 12;
-/// Leaning by so little costs nothing, rad: where the axes can lie level, one of the places that are tried does.
-pub(super) const SLACK: f64 = 0.02;
+/// Leaning within the steps costs nothing, rad.
+pub(super) const SLACK: f64 = 0.7 * TAU / 18.0;
 /// Places that lean so much more than the best are not tried, rad.
 const LEANING: f64 = 0.35;
 /// How many ways are asked for their room at once.
@@ -103,7 +103,6 @@ pub(super) struct Wide<'a> {
     chain: &'a Chain,
     /// Lengths of the key places.
     lengths: Vec<f64>,
-    sites: Vec<Site>,
     grid: Grid,
     beam: Beam,
     layers: Vec<Vec<Kept>>,
@@ -120,18 +119,14 @@ impl<'a> Wide<'a> {
     pub(super) fn new(
         task: &'a Task<'a>,
         chain: &'a Chain,
-        (lengths, grid): (Vec<f64>, Grid),
+        lengths: Vec<f64>,
         guard: Option<Guard<'a>>,
     ) -> Self {
-        let before = std::iter::once(0.0).chain(lengths.iter().copied());
-        let sites = lengths.iter().zip(before);
-        let sites = sites.map(|(to, from)| grid.site(chain, [from, *to]));
         Wide {
             task,
             chain,
-            sites: sites.collect(),
             lengths,
-            grid,
+            grid: Grid::of(task.cell, task.values.external()),
             beam: BEAM,
             layers: Vec::new(),
             followed: BTreeSet::new(),
@@ -204,10 +199,9 @@ impl<'a> Wide<'a> {
         let best = best.min_by(|a, b| a.1.total.total_cmp(&b.1.total));
         let mut at = best.map_or(0, |(i, _)| i);
         let mut ways = Vec::with_capacity(self.layers.len());
-        let places = self.sites.iter().zip(&self.lengths);
-        for (layer, (site, length)) in self.layers.iter().zip(places).rev() {
+        for (layer, length) in self.layers.iter().zip(&self.lengths).rev() {
             let Some(kept) = layer.get(at) else { break };
-            ways.push(self.held(kept, (site, *length)));
+            ways.push(self.held(kept, *length));
             at = usize::from(kept.before);
         }
         ways.reverse();
@@ -218,12 +212,12 @@ impl<'a> Wide<'a> {
         ways
     }
 
-    fn held(&self, kept: &Kept, (site, length): (&Site, f64)) -> Held {
+    fn held(&self, kept: &Kept, length: f64) -> Held {
         Held {
             length,
             choice: Choice {
                 heading: angle(kept.heading),
-                external: self.grid.value(site, kept.cube),
+                external: self.grid.value(kept.cube),
             },
             joints: kept.joints(),
         }
@@ -231,20 +225,23 @@ impl<'a> Wide<'a> {
 
     /// The best ways at a key place with what leads to them.
     fn layer(&self, place: usize) -> Result<Vec<Kept>, Why> {
-        let (tip, _) = self.chain.at(self.lengths[place]);
-        let site = &self.sites[place];
-        let nodes = self.nodes((tip, site), self.tried(place))?;
-        let Some(before) = place.checked_sub(1) else {
+        let length = self.lengths[place];
+        let (tip, _) = self.chain.at(length);
+        let before = place.checked_sub(1).map(|i| &self.layers[i][..]);
+        let gone = length - place.checked_sub(1).map_or(0.0, |i| self.lengths[i]);
+        let nodes = self.nodes(tip, self.tried(before, gone))?;
+        let Some(before) = before else {
             let begun = nodes.iter().map(|n| self.begun(n)).collect();
             return Ok(self.cut(place, begun));
         };
-        let before = &self.layers[before][..];
         let of_cubes: Vec<&[Node]> = nodes.chunk_by(|a, b| a.cube == b.cube).collect();
         let led: Vec<Vec<Kept>> = of_cubes
             .par_iter()
             .map(|nodes| {
-                let from = self.beside(nodes[0].cube, before, place);
-                let led = nodes.iter().map(|n| self.led(n, before, &from, place));
+                let from = self.beside(nodes[0].cube, before, gone);
+                let led = nodes
+                    .iter()
+                    .map(|n| self.led(n, before, &from, (place, gone)));
                 led.flatten().collect()
             })
             .collect();
@@ -256,23 +253,25 @@ impl<'a> Wide<'a> {
     }
 
     /// Headings to try at places of the axes: everything at the begin, then what lies beside the ways before.
-    fn tried(&self, place: usize) -> BTreeMap<Cube, [bool; HEADINGS as usize]> {
-        let site = &self.sites[place];
-        let Some(before) = place.checked_sub(1) else {
-            let all = self.grid.all(site).into_iter();
+    fn tried(
+        &self,
+        before: Option<&[Kept]>,
+        gone: f64,
+    ) -> BTreeMap<Cube, [bool; HEADINGS as usize]> {
+        let Some(before) = before else {
+            let all = self.grid.all().into_iter();
             return all.map(|c| (c, [true; HEADINGS as usize])).collect();
         };
         let mut tried = BTreeMap::new();
-        for of_cube in self.layers[before].chunk_by(|a, b| a.cube == b.cube) {
+        for of_cube in before.chunk_by(|a, b| a.cube == b.cube) {
             let mut headings = [false; HEADINGS as usize];
             for kept in of_cube {
-                for h in headings_beside(kept.heading, site.gone) {
+                for h in headings_beside(kept.heading, gone) {
                     headings[usize::from(h)] = true;
                 }
             }
-            let from = of_cube[0].cube;
-            let from = (from, self.grid.value(&self.sites[before], from));
-            for cube in self.grid.beside(site, from) {
+            let first = of_cube.first().map(|k| k.cube);
+            for cube in first.into_iter().flat_map(|c| self.grid.beside(c, gone)) {
                 let known = tried.entry(cube).or_insert([false; HEADINGS as usize]);
                 known.iter_mut().zip(headings).for_each(|(k, h)| *k |= h);
             }
@@ -283,13 +282,13 @@ impl<'a> Wide<'a> {
     /// The ways at a key place, in order of their cubes.
     fn nodes(
         &self,
-        (tip, site): (Pose, &Site),
+        tip: Pose,
         tried: BTreeMap<Cube, [bool; HEADINGS as usize]>,
     ) -> Result<Vec<Node>, Why> {
         let carried: Vec<_> = tried
             .into_par_iter()
             .map(|(cube, headings)| {
-                let carried = Carried::at(self.task, self.grid.value(site, cube));
+                let carried = Carried::at(self.task, self.grid.value(cube));
                 (cube, headings, carried, lean(self.task, &carried, tip))
             })
             .collect();
@@ -376,7 +375,7 @@ impl<'a> Wide<'a> {
 
     /// A way at the begin: near where the axes stand before, or else near where they rest.
     fn begun(&self, node: &Node) -> Kept {
-        let external = self.grid.value(&self.sites[0], node.cube);
+        let external = self.grid.value(node.cube);
         let gone = match &self.from {
             Some(from) => cost_of(from, &Values::of(node.joints, external)),
             None => REST * choice::travel(self.grid.rest, external),
@@ -388,30 +387,30 @@ impl<'a> Wide<'a> {
     }
 
     /// The ways before that a step of track and positioner leads to a place of theirs.
-    fn beside(&self, cube: Cube, before: &[Kept], place: usize) -> Vec<From> {
-        let site = &self.sites[place];
-        let external = self.grid.value(site, cube);
+    fn beside(&self, cube: Cube, before: &[Kept], gone: f64) -> Vec<From> {
+        let external = self.grid.value(cube);
         let mut found = Vec::new();
-        let mut i = 0;
-        for of_cube in before.chunk_by(|a, b| a.cube == b.cube) {
-            let from = of_cube[0].cube;
-            let stood = self.grid.value(&self.sites[place - 1], from);
-            if Grid::leads(site, (from, stood), (cube, external)) {
-                let moved = choice::travel(stood, external);
-                found.extend(of_cube.iter().zip(i..).map(|(kept, i)| From {
-                    i,
-                    joints: kept.joints(),
-                    moved,
-                }));
-            }
-            i += of_cube.len();
+        for beside in self.grid.beside(cube, gone) {
+            let first = before.partition_point(|k| k.cube < beside);
+            let moved = choice::travel(self.grid.value(beside), external);
+            let of_cube = before[first..].iter().take_while(|k| k.cube == beside);
+            found.extend(of_cube.zip(first..).map(|(kept, i)| From {
+                i,
+                joints: kept.joints(),
+                moved,
+            }));
         }
         found
     }
 
     /// A way with the best of those before that lead to it.
-    fn led(&self, node: &Node, before: &[Kept], from: &[From], place: usize) -> Option<Kept> {
-        let gone = self.sites[place].gone;
+    fn led(
+        &self,
+        node: &Node,
+        before: &[Kept],
+        from: &[From],
+        (place, gone): (usize, f64),
+    ) -> Option<Kept> {
         let mut headings = [false; HEADINGS as usize];
         for h in headings_beside(node.heading, gone) {
             headings[usize::from(h)] = true;
@@ -443,10 +442,10 @@ impl<'a> Wide<'a> {
 
     /// Whether joints that follow the path go from a way to the next.
     fn leads(&self, from: &Kept, to: &Node, place: usize) -> bool {
-        let from = self.held(from, (&self.sites[place - 1], self.lengths[place - 1]));
+        let from = self.held(from, self.lengths[place - 1]);
         let choice = Choice {
             heading: choice::unwound(angle(to.heading), from.choice.heading),
-            external: self.grid.value(&self.sites[place], to.cube),
+            external: self.grid.value(to.cube),
         };
         let end = (self.lengths[place], choice);
         let found = choice::go(self.task, self.chain, &from, end, &[]);
@@ -465,7 +464,7 @@ impl<'a> Wide<'a> {
         let mut kept = if let Some((guard, more)) = self.guard.zip(more) {
             let command = self.chain.command_at(self.lengths[place]);
             let room = |k: &Kept| {
-                let values = Values::of(k.joints(), self.grid.value(&self.sites[place], k.cube));
+                let values = Values::of(k.joints(), self.grid.value(k.cube));
                 let here = guard(command, &values, more);
                 match &from {
                     Some(from) if here >= 0.0 => least_room(from, &values, (guard, command)),
