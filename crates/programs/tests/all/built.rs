@@ -276,10 +276,13 @@ fn unsound_passes_are_refused_by_number() {
 #[test]
 fn listed_schedules_are_called_for_their_own_wire_feed() {
     let numbers = |listed: &[(u32, &str)]| {
-        let mut text = meltpath_data::cells::ARCMATE_120IC.text.to_owned();
-        for (number, feed) in listed {
-            text += &format!("[[program.schedule]]\nnumber = {number}\nwire_feed = \"{feed}\"\n");
-        }
+        let schedules: Vec<String> = listed
+            .iter()
+            .map(|(number, feed)| {
+                format!("[[program.schedule]]\nnumber = {number}\nwire_feed = \"{feed}\"\n")
+            })
+            .collect();
+        let text = meltpath_data::cells::ARCMATE_120IC.text.to_owned() + &schedules.concat();
         let cell: CellProgramming = meltpath_base::settings::peek(&text, &["program"])
             .unwrap()
             .unwrap();
