@@ -231,15 +231,20 @@ fn as_many_coefficients_as_rows_are_refused() {
     assert_eq!(best.tried.len(), 1);
 }
 
+/// Beads of the first law at three wire feeds and three travel speeds.
+fn nine_beads(random: &mut Random) -> Vec<[f64; 4]> {
+    let settings = [3.0, 6.0, 9.0].into_iter();
+    let settings = settings.flat_map(|feed| [0.4, 0.8, 1.2].map(|travel| (feed, travel)));
+    settings
+        .map(|(feed, travel)| bead(GENERATORS[0], feed, travel, random))
+        .collect()
+}
+
 /// Rows that cannot be stop the import; a file may accept them.
 #[test]
 fn odd_rows_stop_the_import_unless_accepted() {
     let mut random = Random::new(7);
-    let mut rows: Vec<[f64; 4]> = [3.0, 6.0, 9.0]
-        .into_iter()
-        .flat_map(|f| [0.4, 0.8, 1.2].map(|t| (f, t)))
-        .map(|(f, t)| bead(GENERATORS[0], f, t, &mut random))
-        .collect();
+    let mut rows = nine_beads(&mut random);
     through("best", &rows).unwrap();
     let good = rows.clone();
     rows[4][2] *= 1.6;
@@ -277,11 +282,7 @@ fn odd_rows_stop_the_import_unless_accepted() {
 #[test]
 fn rows_that_all_hold_more_than_was_fed_stop_the_import() {
     let mut random = Random::new(7);
-    let mut rows: Vec<[f64; 4]> = [3.0, 6.0, 9.0]
-        .into_iter()
-        .flat_map(|f| [0.4, 0.8, 1.2].map(|t| (f, t)))
-        .map(|(f, t)| bead(GENERATORS[0], f, t, &mut random))
-        .collect();
+    let mut rows = nine_beads(&mut random);
     let more = |rows: &mut Vec<[f64; 4]>, by: f64| rows.iter_mut().for_each(|r| r[2] *= by);
     // within what feed factor and wire leave open
     more(&mut rows, 1.06);
