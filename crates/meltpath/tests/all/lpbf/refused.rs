@@ -317,6 +317,11 @@ fn work_beyond_the_field_is_refused_with_where_it_lies() {
     fs::write(dir.path().join("wide.cli"), cli(700.0)).unwrap();
     let wide = refused("layers = \"wide.cli\"", "");
     assert!(wide.contains("larger than the field"), "{wide}");
+    // coordinates in metres
+    fs::write(dir.path().join("small.cli"), cli(200.004)).unwrap();
+    let origin = "[layers]\norigin = [\"200.0 mm\", \"200.0 mm\"]";
+    let small = refused("layers = \"small.cli\"", origin);
+    says(&small, &["within 4.00 µm", "is the unit right?"]);
     // the origin that is told serves
     let job = Job {
         lpbf: "delays = \"recipe\"\nlayers = \"far.cli\"",
