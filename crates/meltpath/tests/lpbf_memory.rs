@@ -59,8 +59,9 @@ fn memory_does_not_grow_with_the_layers() {
     let few = most(place, "few", &job(10));
     let many = most(place, "many", &job(150));
     let at_once = 140 * VECTORS as usize * 56;
+    // how far the threads are ahead of one another decides of some 2 MB, in either job
     assert!(
-        many < few + at_once / 20,
+        many < few + at_once / 8,
         "10 layers {few} bytes, 150 layers {many}; their vectors at once {at_once} more"
     );
     let mut stl = Vec::new();
