@@ -26,7 +26,7 @@ pub use found::{Candidate, Found, Prediction};
 use measurements::BOUNDS;
 pub use measurements::Measurements;
 
-/// Rounds of least squares at most.
+/// Rounds of refinement at most.
 const ROUNDS: u32 = 4;
 /// Accuracy of a predicted radius, mm.
 const RADIUS: f64 = 2e-3;
@@ -53,7 +53,7 @@ pub fn fit(
     let beside = file.parent().unwrap_or(Path::new(""));
     let found = search(&measured, beside, &mut provenance, observer);
     let found = found.map_err(FitCommandError::of_measurements)?;
-    let (before, fitted, prediction) = found;
+    let (fitted, prediction) = found;
     for (n, m) in measured.all.iter().enumerate() {
         let miss = (m.value - fitted.predicted[n]) / m.sigma.hypot(fitted.roughness[n]);
         if miss.abs() > 2.0 {
@@ -89,7 +89,6 @@ pub fn fit(
     };
     let mut found = Found {
         measurements: measured,
-        before,
         fitted,
         prediction,
         verdict,
@@ -117,7 +116,7 @@ fn priors_of(measured: &Measurements) -> [Prior; 2] {
     ]
 }
 
-type Answer = (Vec<f64>, Fitted, Option<Prediction>);
+type Answer = (Fitted, Option<Prediction>);
 
 fn search(
     measured: &Measurements,
@@ -135,7 +134,7 @@ fn search(
     );
     provenance.model(
         "fit",
-        "least squares with prior knowledge, Gauss-Newton; uncertainties, the roughness of the voxels among them, carried through the slopes",
+        "least squares with prior knowledge on smooth courses of the sizes; uncertainties, the roughness of the voxels among them, integrated over all beams that can be",
     );
     let bench = Bench {
         material: &material,
@@ -159,24 +158,26 @@ fn search(
     let coupons: Vec<&Coupon> = measured.all.iter().map(|m| &m.coupon).collect();
     let [least, most] = least_squares::evaluations(priors.len(), ROUNDS);
     let mut asked = 0;
+    let begun = Instant::now();
     let mut all = |values: &[f64]| {
         if asked > 0 {
-            observer.stage(&format!("all bodies, {asked} of at most {most} times"), 0);
+            observer.stage(&format!("all bodies, {asked} of about {most} times"), 0);
         }
         asked += 1;
-        sizes(&coupons, &bench, guess(values), &mut charts, observer)
+        let found = sizes(&coupons, &bench, guess(values), &mut charts, observer);
+        if asked == 1 {
+            let minutes = begun.elapsed().as_secs_f64() / 60.0;
+            observer.note(&format!(
+                "all bodies once took {:.1} s; a fit draws them {least} to {most} times: {:.1} to {:.1} min, and a wanted strut some of them again",
+                60.0 * minutes,
+                least as f64 * minutes,
+                most as f64 * minutes
+            ));
+        }
+        found
     };
-    let start = priors.each_ref().map(|p| p.value);
-    let begun = Instant::now();
-    let before = all(&start)?;
-    let minutes = begun.elapsed().as_secs_f64() / 60.0;
-    observer.note(&format!(
-        "all bodies once took {:.1} s; a fit draws them {least} to {most} times: {:.1} to {:.1} min, and a wanted strut some of them again",
-        60.0 * minutes,
-        least as f64 * minutes,
-        most as f64 * minutes
-    ));
     let fitted = least_squares::fit(&priors, &values, ROUNDS, &mut all)?;
+    let start = priors.each_ref().map(|p| p.value);
     let struts = measured.all.iter().zip(&fitted.roughness);
     let like = struts
         .rev()
@@ -191,7 +192,7 @@ fn search(
         )?),
         _ => None,
     };
-    Ok((before, fitted, prediction))
+    Ok((fitted, prediction))
 }
 
 type Size<'a> = dyn FnMut(&Coupon, &[f64]) -> Result<f64, CouponError> + 'a;

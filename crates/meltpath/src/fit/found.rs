@@ -34,8 +34,6 @@ pub struct Prediction {
 pub struct Found {
     /// What was measured.
     pub measurements: Measurements,
-    /// What the beam as believed before predicts for each.
-    pub before: Vec<f64>,
     /// The fit.
     pub fitted: Fitted,
     /// Contours for the wanted diameter.

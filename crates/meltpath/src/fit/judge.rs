@@ -1,7 +1,7 @@
 //! The checks of a fit: whether it explains what was measured, whether its beam can be, whether anything was learnt.
 
 use meltpath_base::{Check, Limit, Measure, Status};
-use meltpath_thermal::calibration::fit::{Fitted, Nothing, Prior};
+use meltpath_thermal::calibration::fit::{Fitted, Prior};
 
 use super::measurements::Measurements;
 
@@ -15,7 +15,7 @@ pub(super) fn checks(fitted: &Fitted, priors: &[Prior], measured: &Measurements)
     vec![
         explained(fitted, priors, measured.all.len()),
         can_be(fitted, priors),
-        taught(fitted, priors, measured),
+        taught(fitted, measured),
     ]
 }
 
@@ -62,9 +62,9 @@ fn can_be(fitted: &Fitted, priors: &[Prior]) -> Check {
 }
 
 /// What of the uncertainty before is left; a fit that says no more than what was believed before says so.
-fn taught(fitted: &Fitted, priors: &[Prior], measured: &Measurements) -> Check {
-    let left = fitted.sigmas.iter().zip(priors);
-    let left = left.map(|(sigma, prior)| 100.0 * sigma / prior.sigma);
+fn taught(fitted: &Fitted, measured: &Measurements) -> Check {
+    let left = fitted.sigmas.iter().zip(&fitted.believed);
+    let left = left.map(|(sigma, before)| 100.0 * sigma / before);
     let left = left.fold(f64::INFINITY, f64::min);
     let title =
         "what measurements leave of the uncertainty before, of the number they tell most of";
@@ -74,21 +74,19 @@ fn taught(fitted: &Fitted, priors: &[Prior], measured: &Measurements) -> Check {
         Measure::exact(left, "%"),
         Limit::AtMost(LEARNT),
     );
-    let spacing = 1e3 * measured.spacing;
-    let reason = match fitted.nothing(priors) {
-        None => return check.remedy(REMEDY),
-        Some(Nothing::Blind) => format!(
-            "what is printed is what was believed before: on charts {spacing:.0} µm apart no measured size changes with efficiency or diameter"
-        ),
-        Some(Nothing::Stuck) => format!(
-            "the search stopped where it began: on charts {spacing:.0} µm apart sizes change by jumps, and no step along their slopes explains them better"
-        ),
-    };
+    if !fitted.is_blind() {
+        return check.remedy(REMEDY);
+    }
     let check = Check {
         status: Status::CannotSay,
         ..check
     };
-    check.because(&reason).remedy(REMEDY)
+    let spacing = 1e3 * measured.spacing;
+    check
+        .because(&format!(
+            "what is printed is what was believed before: on charts {spacing:.0} µm apart no measured size changes with efficiency or diameter by more than its steps"
+        ))
+        .remedy(REMEDY)
 }
 
 /// What lets a fit learn more.
@@ -97,18 +95,17 @@ const REMEDY: &str = "finer charts (spacing, 25 µm by default), more layers, or
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meltpath_thermal::calibration::fit::End;
 
     fn fitted(values: [f64; 2], misfit: f64) -> Fitted {
         Fitted {
             values: values.to_vec(),
             sigmas: vec![0.05, 0.1],
+            believed: vec![0.1, 0.1],
+            before: Vec::new(),
             predicted: Vec::new(),
-            slopes: Vec::new(),
             covariance: Vec::new(),
             roughness: Vec::new(),
             misfit,
-            end: End::Settled,
             evaluations: 1,
         }
     }

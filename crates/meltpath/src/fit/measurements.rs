@@ -15,9 +15,9 @@ use crate::ebm::gun::focus;
 use crate::job::{JobError, Problems, text_of};
 use crate::machine::Machine;
 
-/// Charts of one beam that a fit computes: where it begins, twelve places about that and twelve more where it ends farther away, a step of
-/// each of four rounds, and four places for a prediction.
-const DRAWN: f64 = 33.0;
+/// Charts of one beam that a fit computes: where it begins, sixteen places over what was believed, four in each of four rounds about the best,
+/// that itself, and four places for a prediction.
+const DRAWN: f64 = 38.0;
 /// Bytes of a plane of the voxels of a body, two millimetres wide.
 const VOXELS: f64 = 54.0 * 50.0 * 50.0;
 

@@ -54,16 +54,11 @@ fn compared(found: &Found) -> impl Iterator<Item = (&str, &'static str, [f64; 5]
         let (factor, unit) = shown(&m.coupon);
         let Fitted {
             roughness,
+            before,
             predicted,
             ..
         } = &found.fitted;
-        let values = [
-            m.value,
-            m.sigma,
-            roughness[n],
-            found.before[n],
-            predicted[n],
-        ];
+        let values = [m.value, m.sigma, roughness[n], before[n], predicted[n]];
         (m.name.as_str(), unit, values.map(|v| factor * v))
     })
 }

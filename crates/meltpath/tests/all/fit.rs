@@ -183,11 +183,11 @@ fn remedies_of_a_fit_are_true() {
         super::names::in_style(&found.folder);
         println!(
             "{measured}: {:?} {:?} {:?}",
-            found.before, found.fitted, found.verdict.warnings
+            found.fitted.before, found.fitted, found.verdict.warnings
         );
         let warnings = found.verdict.warnings.into_iter();
         let all: Vec<(String, Option<String>)> = warnings.map(|w| (w.code, w.remedy)).collect();
-        (all, found.before[0])
+        (all, found.fitted.before[0])
     };
     let (told, believed) = codes("8 mm", "wrong");
     let told = told.iter().find(|w| w.0 == "not-explained");

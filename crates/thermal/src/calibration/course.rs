@@ -1,169 +1,194 @@
-//! How a model goes about a place: slopes and roughness of its predictions.
+//! How a model goes over its parameters: a smooth course of each prediction, and its roughness about that.
 //!
-//! A model in cells goes by steps. A difference over less than a step is a jump or nothing: slopes that are many times too steep, and
-//! uncertainties as many times too small. Slopes are those of a parabola through seven places over the prior's uncertainty on both sides, and
-//! what it leaves is the roughness of the model: another uncertainty of each comparison, beside the measurement's. Assumed: the model's smooth
-//! course is a parabola over that reach, and its steps are as large elsewhere in it.
+//! A model in cells goes by steps: what it says at one place is the smooth course and a step's rest. The course is a quadratic through all places
+//! that were looked at, by least squares, those about a middle counting most. What it leaves is the roughness of the model: another uncertainty of
+//! each comparison, beside the measurement's. Assumed: over that reach the course is a quadratic, and steps are as large everywhere in it.
 
-use meltpath_numerics::least_squares::{LeastSquaresError, Regression};
+use meltpath_numerics::least_squares::{LeastSquaresError, Regression, Solution};
 
-/// Places about a middle, over the reach of a parameter: unevenly, so that no step of a model hides between them.
-pub(super) const PLACES: [f64; 6] = [-1.0, -0.62, -0.27, 0.35, 0.71, 1.0];
-/// Unknowns of a parabola.
-const PARABOLA: usize = 3;
-/// Least reach, as a share of the prior's uncertainty.
-const LEAST_REACH: f64 = 0.3;
-/// Least reach, over what the roughness hides of a parameter.
-const OVER_ROUGHNESS: f64 = 4.0;
+/// What a model predicts at a place.
+pub(super) type There = (Vec<f64>, Vec<f64>);
 
-/// Where to look at a model about `values`: places of each parameter after the other, as far as `reach` or the `bounds`.
-pub(super) fn places(values: &[f64], bounds: &[[f64; 2]], reach: &[f64]) -> Vec<Vec<f64>> {
-    let along = |k: usize| {
-        let [low, high] = bounds[k];
-        // where a bound is near: as wide, about a place farther inside
-        let half = 0.5 * (low + high);
-        let about = values[k].clamp((low + reach[k]).min(half), (high - reach[k]).max(half));
-        PLACES.map(|place| {
-            let mut moved = values.to_vec();
-            moved[k] = (about + place * reach[k]).clamp(low, high);
-            moved
-        })
-    };
-    (0..values.len()).flat_map(along).collect()
+/// Places that count, over the numbers of a quadratic: with fewer, its reach is widened.
+const COUNTED: f64 = 2.0;
+/// By how much.
+const WIDENED: f64 = 1.2;
+
+/// How many numbers a quadratic of so many parameters has.
+pub(super) fn numbers(parameters: usize) -> usize {
+    (parameters + 1) * (parameters + 2) / 2
 }
 
-/// How a model goes about a middle: a parabola of each prediction along each parameter.
+/// 1, each number, and each product of two.
+fn terms(at: &[f64]) -> Vec<f64> {
+    let mut all = vec![1.0];
+    all.extend(at);
+    for (i, a) in at.iter().enumerate() {
+        all.extend(at[i..].iter().map(|b| a * b));
+    }
+    all
+}
+
+/// The smooth course of each prediction.
 pub(super) struct Course {
     middle: Vec<f64>,
-    /// How far it was looked at, of each parameter.
     reach: Vec<f64>,
-    /// First and second coefficients, over the reach: of each prediction, of each parameter.
-    bends: Vec<Vec<[f64; 2]>>,
-    /// What parabolas leave of each prediction, a standard deviation: its own, or that of all as shares of what they predict, whichever is larger.
+    /// Of each prediction.
+    coefficients: Vec<Vec<f64>>,
+    /// Of each prediction a standard deviation: how far the model is from its course, and the course from where more places would lay it.
     pub(super) roughness: Vec<f64>,
 }
 
 impl Course {
-    /// The course about `values`, where the model predicts `predicted`, from what it `found` at the [`places`] within `reach`.
+    /// The course about `middle` through `places`, which count less from `reach` on.
     ///
     /// # Errors
-    /// [`LeastSquaresError`] where places fall together or predictions are not finite.
+    /// [`LeastSquaresError`] where places are too few or fall together.
     pub(super) fn new(
-        (values, predicted): (&[f64], &[f64]),
-        reach: Vec<f64>,
-        (places, found): (&[Vec<f64>], &[Vec<f64>]),
+        places: &[There],
+        middle: &[f64],
+        reach: &[f64],
     ) -> Result<Self, LeastSquaresError> {
-        let mut bends = vec![vec![[0.0; 2]; values.len()]; predicted.len()];
-        let mut left = vec![0.0; predicted.len()];
-        let along = places.chunks(PLACES.len()).zip(found.chunks(PLACES.len()));
-        for (k, (places, found)) in along.enumerate() {
-            let at = |moved: &Vec<f64>| (moved[k] - values[k]) / reach[k];
-            for (n, here) in predicted.iter().enumerate() {
-                let there = places.iter().map(at).zip(found.iter().map(|f| f[n]));
-                let all: Vec<(f64, f64)> = there.chain([(0.0, *here)]).collect();
-                let (bend, squares) = parabola(&all)?;
-                bends[n][k] = bend;
-                left[n] += squares;
-            }
+        let numbers = numbers(middle.len());
+        let most = (places.len() as f64).min(COUNTED * numbers as f64);
+        let mut course = Course {
+            middle: middle.to_vec(),
+            reach: reach.to_vec(),
+            coefficients: Vec::new(),
+            roughness: Vec::new(),
+        };
+        let mut weights = course.weights(places);
+        // all places count wholly in the end: so far it has to go where that many are there only
+        while weights.iter().sum::<f64>() < 0.98 * most {
+            course.reach.iter_mut().for_each(|r| *r *= WIDENED);
+            weights = course.weights(places);
         }
-        let freedom = (values.len() * (PLACES.len() + 1 - PARABOLA)) as f64;
-        let own = |left: &f64| (left / freedom).sqrt();
-        let shares = left.iter().zip(predicted).filter(|(_, p)| **p != 0.0);
-        let squares: Vec<f64> = shares.map(|(left, p)| (own(left) / p).powi(2)).collect();
-        let share = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
-        let rough = |(left, p): (&f64, &f64)| own(left).max(share * p.abs());
-        Ok(Course {
-            middle: values.to_vec(),
-            reach,
-            bends,
-            roughness: left.iter().zip(predicted).map(rough).collect(),
-        })
+        let rows: Vec<Vec<f64>> = places.iter().map(|p| terms(&course.at(&p.0))).collect();
+        let count = places.first().map_or(0, |p| p.1.len());
+        let mut left = 0.0;
+        let mut open = 0.0;
+        for k in 0..count {
+            let mut through = Regression::new(numbers);
+            for ((row, w), (_, predicted)) in rows.iter().zip(&weights).zip(places) {
+                let root = w.sqrt();
+                through.push(row.iter().map(|t| root * t), root * predicted[k]);
+            }
+            let Solution { values, spread, .. } = through.solve()?;
+            if k == 0 {
+                // how the course at one place hangs on what was found at another: the same for all predictions
+                let hangs = |at: &[f64], n: usize| -> f64 {
+                    let along = |i: usize| -> f64 {
+                        (0..numbers).map(|j| spread[(i, j)] * rows[n][j]).sum()
+                    };
+                    let sum: f64 = (0..numbers).map(|i| at[i] * along(i)).sum();
+                    weights[n] * sum
+                };
+                for (n, row) in rows.iter().enumerate() {
+                    let all: Vec<f64> = (0..rows.len()).map(|m| hangs(row, m)).collect();
+                    let squares: f64 = all.iter().map(|h| h * h).sum();
+                    left += weights[n] * (1.0 - 2.0 * all[n] + squares);
+                }
+                let here = terms(&vec![0.0; middle.len()]);
+                open = (0..rows.len()).map(|n| hangs(&here, n).powi(2)).sum();
+            }
+            let off =
+                |(n, p): (usize, &There)| weights[n] * (p.1[k] - sum(&values, &rows[n])).powi(2);
+            let squares: f64 = places.iter().enumerate().map(off).sum();
+            let rough = (squares / left.max(f64::MIN_POSITIVE)).sqrt();
+            course.roughness.push(rough * (1.0 + open).sqrt());
+            course.coefficients.push(values);
+        }
+        Ok(course)
     }
 
-    /// Where `values` lie over the reach of parameter `k`.
-    fn at(&self, values: &[f64], k: usize) -> f64 {
-        (values[k] - self.middle[k]) / self.reach[k]
+    /// What each place counts: wholly in the middle, half at the reach.
+    fn weights(&self, places: &[There]) -> Vec<f64> {
+        let squares = |p: &There| self.at(&p.0).iter().map(|x| x * x).sum::<f64>();
+        places
+            .iter()
+            .map(|p| 1.0 / (1.0 + squares(p).powi(2)))
+            .collect()
     }
 
-    /// Whether `values` lie well within what was looked at.
-    pub(super) fn covers(&self, values: &[f64]) -> bool {
-        (0..values.len()).all(|k| self.at(values, k).abs() <= 0.5)
+    /// Where `values` lie about the middle, over the reach.
+    fn at(&self, values: &[f64]) -> Vec<f64> {
+        let each = values.iter().zip(&self.middle).zip(&self.reach);
+        each.map(|((v, m), r)| (v - m) / r).collect()
     }
 
-    /// `∂ prediction / ∂ parameter` at `values`.
-    pub(super) fn slopes(&self, values: &[f64]) -> Vec<Vec<f64>> {
-        let of = |row: &Vec<[f64; 2]>| {
-            let slope = |(k, [b, c]): (usize, &[f64; 2])| {
-                (b + 2.0 * c * self.at(values, k)) / self.reach[k]
-            };
-            row.iter().enumerate().map(slope).collect()
-        };
-        self.bends.iter().map(of).collect()
-    }
-
-    /// How far to look next, of parameters that are known by `sigmas` now and were by `before`: as far as they are known, but farther than
-    /// steps of the model hide.
-    pub(super) fn next_reach(&self, sigmas: &[f64], before: &[f64]) -> Vec<f64> {
-        let of = |(k, (now, before)): (usize, (&f64, &f64))| {
-            let each = self.bends.iter().zip(&self.roughness);
-            // of the measurement that tells most of it
-            let hidden = each
-                .map(|(row, rough)| rough * self.reach[k] / row[k][0].abs())
-                .fold(f64::INFINITY, f64::min);
-            let least = (LEAST_REACH * before).max(OVER_ROUGHNESS * hidden);
-            now.max(least).min(*before)
-        };
-        sigmas.iter().zip(before).enumerate().map(of).collect()
+    /// What the course predicts at `values`.
+    pub(super) fn predicted(&self, values: &[f64]) -> Vec<f64> {
+        let terms = terms(&self.at(values));
+        self.coefficients.iter().map(|c| sum(c, &terms)).collect()
     }
 }
 
-/// First and second coefficients of the parabola through places and values, and the sum of squares that it leaves.
-fn parabola(all: &[(f64, f64)]) -> Result<([f64; 2], f64), LeastSquaresError> {
-    let mut through = Regression::new(PARABOLA);
-    for (x, y) in all {
-        through.push([1.0, *x, x * x], *y);
-    }
-    let found = through.solve()?.values;
-    let (a, b, c) = (found[0], found[1], found[2]);
-    let off = |(x, y): &(f64, f64)| (y - (a + x * (b + x * c))).powi(2);
-    Ok(([b, c], all.iter().map(off).sum()))
+fn sum(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn course(model: &dyn Fn(f64) -> f64, at: f64, reach: f64) -> Course {
-        let bounds = [[0.0, 2.0]];
-        let places = places(&[at], &bounds, &[reach]);
-        let found: Vec<Vec<f64>> = places.iter().map(|p| vec![model(p[0])]).collect();
-        Course::new((&[at], &[model(at)]), vec![reach], (&places, &found)).unwrap()
+    fn places(count: u32) -> Vec<Vec<f64>> {
+        let at = |n: u32| {
+            vec![0.755, 0.57]
+                .iter()
+                .map(|s| (f64::from(n) * s).fract())
+                .collect()
+        };
+        (1..=count).map(at).collect()
     }
 
-    /// A parabola has its slopes everywhere and no roughness, beside a bound too; steps have that of a rounding, 0.29 of a step.
+    fn course(model: &dyn Fn(&[f64]) -> f64, count: u32) -> Course {
+        let all: Vec<There> = places(count)
+            .into_iter()
+            .map(|p| (p.clone(), vec![model(&p)]))
+            .collect();
+        Course::new(&all, &[0.5, 0.5], &[0.5, 0.5]).unwrap()
+    }
+
+    /// A quadratic is its own course; steps have the roughness of a rounding, 0.29 of a step, and what few places leave open of the course.
     #[test]
-    fn parabolas_are_smooth_and_steps_are_rough() {
-        let smooth = |p: f64| 1.0 + 2.0 * p - 0.5 * p * p;
-        for at in [1.0, 1.95] {
-            let found = course(&smooth, at, 0.3);
-            assert!(found.roughness[0] < 1e-12);
-            for p in [at, 0.9] {
-                let slope = found.slopes(&[p])[0][0];
-                assert!((slope - (2.0 - p)).abs() < 1e-9, "{at} {p}: {slope}");
-            }
-            assert!(found.covers(&[at - 0.1]) && !found.covers(&[at - 0.2]));
+    fn quadratics_are_smooth_and_steps_are_rough() {
+        let smooth = |p: &[f64]| 1.0 + 2.0 * p[0] - 0.5 * p[0] * p[1] + p[1] * p[1];
+        let found = course(&smooth, 17);
+        assert!(found.roughness[0] < 1e-12);
+        for place in [[0.2, 0.9], [1.4, -0.3]] {
+            let told = found.predicted(&place)[0];
+            assert!((told - smooth(&place)).abs() < 1e-12, "{told}");
         }
-        let tries = 200;
-        let (mut squares, mut slopes) = (0.0, 0.0);
+        let (tries, count) = (200, 25);
+        let (mut squares, mut off) = (0.0, 0.0);
         for n in 0..tries {
             let phase = f64::from(n) / f64::from(tries);
-            let stepped = move |p: f64| 0.05 * (2.0 * p / 0.05 + phase).round();
-            let found = course(&stepped, 1.0, 0.3);
+            let stepped = move |p: &[f64]| 0.05 * (smooth(p) / 0.05 + phase).round() - 0.05 * phase;
+            let found = course(&stepped, count);
             squares += found.roughness[0].powi(2) / f64::from(tries);
-            slopes += found.slopes(&[1.0])[0][0] / f64::from(tries);
+            off +=
+                (found.predicted(&[0.5, 0.5])[0] - smooth(&[0.5, 0.5])).powi(2) / f64::from(tries);
         }
+        // the places lie about the middle for six numbers: about a quarter of one of them, squared
         let rounding = 0.05 / 12.0_f64.sqrt();
-        assert!((squares.sqrt() / rounding - 1.0).abs() < 0.2, "{squares}");
-        assert!((slopes - 2.0).abs() < 0.02, "{slopes}");
+        let [rough, off] = [squares, off].map(|s| s.sqrt() / rounding);
+        assert!((1.0..1.3).contains(&rough), "{rough}");
+        assert!(off < 0.5, "{off}");
+    }
+
+    /// A bend beyond a quadratic far from the middle counts little there.
+    #[test]
+    fn places_about_the_middle_count_most() {
+        let kinked = |p: &[f64]| p[0].max(0.8) + p[1];
+        let told = |reach: f64| {
+            let all: Vec<There> = places(60)
+                .into_iter()
+                .map(|p| (p.clone(), vec![kinked(&p)]))
+                .collect();
+            let course = Course::new(&all, &[0.3, 0.5], &[reach; 2]).unwrap();
+            (course.predicted(&[0.3, 0.5])[0] - 1.3).abs()
+        };
+        let [near, far] = [0.25, 2.0].map(told);
+        assert!(near < 0.3 * far && far > 1e-3, "{near} {far}");
     }
 }

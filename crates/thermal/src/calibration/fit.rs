@@ -1,24 +1,17 @@
 //! Corrects what is not known well (efficiency, beam diameter) from what was built and measured.
 //!
-//! Least squares with prior knowledge, by Gauss-Newton with differences: each evaluation is a simulation, so that few are made.
-//! Uncertainties come from those of the measurements and of the prior, and from the model's own steps, carried through its slopes.
+//! Least squares with prior knowledge. Each evaluation is a simulation, so that few are made; sizes on voxels go by steps, in which a search along
+//! slopes is caught. So the whole of what was believed before is looked at first: a smooth course of each prediction is laid through places
+//! spread over it, and the cost on that course is known everywhere ([`super::belief`]). Then more places, where the course believes the
+//! parameters, refine it there. Values are those of the least cost; uncertainties are integrals over all that may be, so that a bent valley,
+//! a bound that cuts it off, measurements, priors and the model's own steps are all in them.
 
-use meltpath_numerics::least_squares::{LeastSquaresError, Regression, Solution};
+use meltpath_numerics::least_squares::LeastSquaresError;
 
-use super::course::{Course, PLACES, places};
-
-/// A parameter before the fit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prior {
-    /// Its name.
-    pub name: String,
-    /// Its value and standard uncertainty.
-    pub value: f64,
-    /// See `value`.
-    pub sigma: f64,
-    /// Values it may take.
-    pub bounds: [f64; 2],
-}
+use super::belief::Belief;
+use super::course::Course;
+use super::places::{LOOKED, Looked, Sequence, around, spread};
+pub use super::places::{Model, Prior};
 
 /// A measurement with its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,37 +22,31 @@ pub struct Measured {
     pub sigma: f64,
 }
 
-/// How a fit ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// The next step would be small, or all rounds were made.
-    Settled,
-    /// Where it began: the slopes promise a better fit that no step along them gives, as those of a model too coarse for them do.
-    Stuck,
-}
-
 /// What a fit found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
-    /// Parameters.
+    /// Parameters: those that explain measurements and priors best.
     pub values: Vec<f64>,
     /// Their standard uncertainties.
     pub sigmas: Vec<f64>,
-    /// What the model says for each measurement with them.
+    /// The same of the priors alone, within their bounds.
+    pub believed: Vec<f64>,
+    /// What the model says for each measurement with the priors' values.
+    pub before: Vec<f64>,
+    /// What its smooth course says with `values`.
     pub predicted: Vec<f64>,
-    /// `∂ predicted / ∂ parameter`.
-    pub slopes: Vec<Vec<f64>>,
     /// Covariance of the parameters.
     pub covariance: Vec<Vec<f64>>,
     /// Roughness of the model for each measurement: its steps about a smooth course, a standard deviation.
     pub roughness: Vec<f64>,
     /// Sum of squares of what is left of the measurements, over their uncertainties and the model's roughness; without the prior.
     pub misfit: f64,
-    /// How it ended.
-    pub end: End,
     /// Simulations made.
     pub evaluations: usize,
 }
+
+/// Uncertainties that remain, as a share of those of the prior, from which measurements taught nothing.
+const TAUGHT: f64 = 0.98;
 
 impl Fitted {
     /// Standard uncertainty of another prediction whose slopes on the parameters are `slopes`.
@@ -72,31 +59,11 @@ impl Fitted {
         }
         variance.max(0.0).sqrt()
     }
-}
 
-/// Uncertainties that remain, as a share of those of the prior, from which measurements taught nothing.
-const TAUGHT: f64 = 0.98;
-/// Least fall of the weighted sum of squares that slopes promise, for a step that finds none to be worth telling.
-const PROMISE: f64 = 0.1;
-
-/// Why a fit says nothing beyond what was believed before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Nothing {
-    /// No measurement changes with any parameter.
-    Blind,
-    /// See [`End::Stuck`].
-    Stuck,
-}
-
-impl Fitted {
-    /// Whether the fit says no more than its `priors`.
-    pub fn nothing(&self, priors: &[Prior]) -> Option<Nothing> {
-        let mut both = self.sigmas.iter().zip(priors);
-        if both.all(|(sigma, prior)| *sigma >= TAUGHT * prior.sigma) {
-            Some(Nothing::Blind)
-        } else {
-            (self.end == End::Stuck).then_some(Nothing::Stuck)
-        }
+    /// Whether the fit says no more than its priors.
+    pub fn is_blind(&self) -> bool {
+        let mut both = self.sigmas.iter().zip(&self.believed);
+        both.all(|(sigma, before)| *sigma >= TAUGHT * before)
     }
 }
 
@@ -109,26 +76,39 @@ pub enum FitError<E: std::error::Error> {
     /// Uncertainties that are not above zero, or no data.
     #[error("a fit needs measurements and priors with uncertainties above zero")]
     Weights,
-    /// The model's slopes are not finite.
+    /// The model's predictions are not finite.
     #[error(transparent)]
     LeastSquares(LeastSquaresError),
 }
 
-/// A model: a prediction for each measurement from the parameters.
-pub type Model<'a, E> = dyn FnMut(&[f64]) -> Result<Vec<f64>, E> + 'a;
+/// How far a parameter may be from its prior, in uncertainties of it.
+const FARTHEST: f64 = 4.0;
+/// Places that refine the course, of each parameter in each round.
+const REFINED: usize = 2;
+/// Rounds at least: after them the fit ends where the mean moves no farther than [`STILL`].
+const LEAST_ROUNDS: u32 = 2;
+/// Share of the uncertainty.
+const STILL: f64 = 0.3;
+/// Cost above the least up to which places refine the course.
+const NEAR: f64 = 6.0;
+/// How far places count wholly, in uncertainties; at least this share of the prior's.
+const COUNTING: f64 = 2.0;
+/// See [`COUNTING`].
+const LEAST_REACH: f64 = 0.3;
 
-/// How often a fit asks its model, at least and at most: for so many parameters, `rounds` steps at most.
+/// How often a fit asks its model, at least and at most: for so many parameters, `rounds` of refinement at most. It asks more often where the
+/// model does not always answer.
 ///
 /// ```
-/// assert_eq!(meltpath_thermal::calibration::fit::evaluations(2, 4), [14, 61]);
+/// assert_eq!(meltpath_thermal::calibration::fit::evaluations(2, 4), [25, 33]);
 /// ```
 pub fn evaluations(parameters: usize, rounds: u32) -> [usize; 2] {
-    let look = parameters * PLACES.len();
-    [1 + look + 1, 1 + rounds as usize * (look + SHARES.len())]
+    let all = |rounds: u32| 1 + spread(parameters) + rounds as usize * REFINED * parameters;
+    [all(rounds.min(LEAST_ROUNDS)), all(rounds)]
 }
 
 /// Finds the parameters that explain `measured` and stay near their priors; `model` gives a prediction for each
-/// measurement. `rounds` Gauss-Newton steps at most.
+/// measurement. `rounds` of refinement at most.
 ///
 /// # Errors
 /// [`FitError`].
@@ -144,115 +124,101 @@ pub fn fit<E: std::error::Error>(
     if !sound || priors.is_empty() || measured.is_empty() {
         return Err(FitError::Weights);
     }
-    let n = priors.len();
-    let mut evaluations = 0;
-    let mut evaluate = |values: &[f64]| {
-        evaluations += 1;
-        model(values)
-    };
-    let mut values: Vec<f64> = priors.iter().map(|p| p.value).collect();
-    let mut predicted = evaluate(&values)?;
-    let before: Vec<f64> = priors.iter().map(|p| p.sigma).collect();
-    let mut sigmas = before.clone();
-    let here = (&*values, &*predicted);
-    let mut course = look(here, priors, sigmas.clone(), &mut evaluate)?;
-    let mut known = Known {
+    let mut looked = Looked {
         priors,
-        measured,
-        sigmas: Vec::new(),
+        answers: Vec::new(),
+        silent: Vec::new(),
     };
-    let mut covariance: Vec<Vec<f64>> = vec![vec![0.0; n]; n];
-    let (mut promise, mut steps) = (0.0, 0);
-    for _ in 0..rounds {
-        if !course.covers(&values) {
-            let reach = course.next_reach(&sigmas, &before);
-            course = look((&values, &predicted), priors, reach, &mut evaluate)?;
-        }
-        let with = |(m, rough): (&Measured, &f64)| m.sigma.hypot(*rough);
-        known.sigmas = measured.iter().zip(&course.roughness).map(with).collect();
-        let slopes = course.slopes(&values);
-        let (step, spread) = known
-            .step(&values, &predicted, &slopes)
-            .map_err(FitError::LeastSquares)?;
-        sigmas = (0..n).map(|i| spread[i][i].max(0.0).sqrt()).collect();
-        covariance = spread;
-        let cost = known.cost(&values, &predicted);
-        let whole: Vec<f64> = (0..n).map(|i| values[i] + step[i]).collect();
-        promise = cost - known.cost(&whole, &along(&predicted, &slopes, &step));
-        let Some((next, there)) = known.search(&values, &step, cost, &mut evaluate)? else {
-            break;
+    let mut sequence = Sequence::new(priors.len());
+    looked.over_the_priors(&mut sequence, model)?;
+    let domain = around(priors, FARTHEST);
+    let mut middle: Vec<f64> = priors.iter().map(|p| p.value).collect();
+    let mut reach: Vec<f64> = priors.iter().map(|p| LOOKED * COUNTING * p.sigma).collect();
+    let mut round = 0;
+    let (known, belief) = loop {
+        let course = Course::new(&looked.answers, &middle, &reach);
+        let known = Known::new(priors, measured, course.map_err(FitError::LeastSquares)?);
+        let cost = |values: &[f64]| {
+            if looked.is_silent(values) {
+                f64::INFINITY
+            } else {
+                known.cost(values)
+            }
         };
-        let far = |((a, b), p): ((&f64, &f64), &Prior)| (a - b).abs() > 0.02 * p.sigma;
-        let moved = values.iter().zip(&next).zip(priors).any(far);
-        (values, predicted) = (next, there);
-        steps += 1;
-        if !moved {
-            break;
+        // the priors' own place answers: somewhere the cost is finite, unless predictions are not
+        let Some(belief) = Belief::of(&domain, &cost) else {
+            return Err(FitError::LeastSquares(LeastSquaresError::Start));
+        };
+        let sigmas = belief.sigmas();
+        let moved = belief.mean.iter().zip(&middle).zip(&sigmas);
+        let still = moved
+            .into_iter()
+            .all(|((a, b), s)| (a - b).abs() <= STILL * s);
+        if round == rounds || (round >= LEAST_ROUNDS && still) {
+            break (known, belief);
         }
-    }
-    Ok(Fitted {
-        sigmas,
-        misfit: known.misfit(&predicted),
-        slopes: course.slopes(&values),
-        roughness: course.roughness,
-        values,
-        predicted,
-        covariance,
-        end: if steps == 0 && promise > PROMISE {
-            End::Stuck
+        round += 1;
+        let reaches = sigmas.iter().zip(priors);
+        reach = reaches
+            .map(|(s, p)| COUNTING * s.max(LEAST_REACH * p.sigma))
+            .collect();
+        middle.clone_from(&belief.mean);
+        let box_of = middle.iter().zip(&reach).zip(&domain);
+        let near: Vec<[f64; 2]> = box_of
+            .map(|((m, r), d)| [(m - r).max(d[0]), (m + r).min(d[1])])
+            .collect();
+        let limit = belief.least + NEAR;
+        let places = sequence.places(REFINED * priors.len(), &near, &|v| cost(v) <= limit);
+        looked.ask(places, model);
+    };
+    let alone = |values: &[f64]| {
+        if looked.is_silent(values) {
+            f64::INFINITY
         } else {
-            End::Settled
-        },
-        evaluations,
+            pulls(priors, values)
+        }
+    };
+    let believed = Belief::of(&domain, &alone).map_or_else(Vec::new, |b| b.sigmas());
+    let predicted = known.course.predicted(&belief.best);
+    Ok(Fitted {
+        sigmas: belief.sigmas(),
+        believed,
+        before: looked.answers.swap_remove(0).1,
+        misfit: known.misfit(&predicted),
+        predicted,
+        covariance: belief.covariance,
+        evaluations: looked.answers.len() + 1 + looked.silent.len(),
+        roughness: known.course.roughness,
+        values: belief.best,
     })
 }
 
-/// Shares of a step that are tried; of a model that does not answer at the least of them it is told why.
-const SHARES: [f64; 3] = [1.0, 0.4, 0.16];
-/// How often the reach is halved where a model does not answer within it.
-const HALVED: u32 = 3;
-
-/// The course of the model about values and what it predicts there, within `reach`; within less where the model does not answer so far out, as
-/// for a beam that is too weak there.
-fn look<E: std::error::Error>(
-    here: (&[f64], &[f64]),
-    priors: &[Prior],
-    mut reach: Vec<f64>,
-    evaluate: &mut Model<'_, E>,
-) -> Result<Course, FitError<E>> {
-    let bounds: Vec<[f64; 2]> = priors.iter().map(|p| p.bounds).collect();
-    let mut halved = 0;
-    loop {
-        let places = places(here.0, &bounds, &reach);
-        let found: Result<Vec<_>, E> = places.iter().map(|values| evaluate(values)).collect();
-        match found {
-            Ok(found) => {
-                let course = Course::new(here, reach, (&places, &found));
-                return course.map_err(FitError::LeastSquares);
-            }
-            Err(_) if halved < HALVED => {
-                halved += 1;
-                for r in &mut reach {
-                    *r *= 0.5;
-                }
-            }
-            Err(why) => return Err(why.into()),
-        }
-    }
+/// What priors leave of values, squared over their uncertainties.
+fn pulls(priors: &[Prior], values: &[f64]) -> f64 {
+    let off = |(p, v): (&Prior, &f64)| ((v - p.value) / p.sigma).powi(2);
+    priors.iter().zip(values).map(off).sum()
 }
 
-/// Values of the parameters, and what the model predicts with them.
-type There = (Vec<f64>, Vec<f64>);
-
-/// What is known before and what was measured, weighed by uncertainties.
+/// What is known before and what was measured, weighed by uncertainties, on a course of the model.
 struct Known<'a> {
     priors: &'a [Prior],
     measured: &'a [Measured],
+    course: Course,
     /// Of each comparison: the measurement's with the model's roughness.
     sigmas: Vec<f64>,
 }
 
-impl Known<'_> {
+impl<'a> Known<'a> {
+    fn new(priors: &'a [Prior], measured: &'a [Measured], course: Course) -> Self {
+        let with = |(m, rough): (&Measured, &f64)| m.sigma.hypot(*rough);
+        Known {
+            priors,
+            measured,
+            sigmas: measured.iter().zip(&course.roughness).map(with).collect(),
+            course,
+        }
+    }
+
     /// Weighted sum of squares of the measurements.
     fn misfit(&self, predicted: &[f64]) -> f64 {
         let all = self.measured.iter().zip(&self.sigmas).zip(predicted);
@@ -261,67 +227,9 @@ impl Known<'_> {
     }
 
     /// The same with the priors.
-    fn cost(&self, values: &[f64], predicted: &[f64]) -> f64 {
-        let off = |(p, v): (&Prior, &f64)| ((v - p.value) / p.sigma).powi(2);
-        self.misfit(predicted) + self.priors.iter().zip(values).map(off).sum::<f64>()
+    fn cost(&self, values: &[f64]) -> f64 {
+        self.misfit(&self.course.predicted(values)) + pulls(self.priors, values)
     }
-
-    /// The step to the least sum of squares if the model were straight, and the covariance there.
-    fn step(
-        &self,
-        values: &[f64],
-        predicted: &[f64],
-        slopes: &[Vec<f64>],
-    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), LeastSquaresError> {
-        let n = values.len();
-        let mut system = Regression::new(n);
-        let rows = predicted.iter().zip(slopes);
-        for ((m, sigma), (p, row)) in self.measured.iter().zip(&self.sigmas).zip(rows) {
-            system.push(row.iter().map(|s| s / sigma), (m.value - p) / sigma);
-        }
-        for (i, prior) in self.priors.iter().enumerate() {
-            let row = (0..n).map(|k| if k == i { 1.0 / prior.sigma } else { 0.0 });
-            system.push(row, (prior.value - values[i]) / prior.sigma);
-        }
-        let Solution {
-            values: step,
-            spread,
-            ..
-        } = system.solve()?;
-        Ok((step, spread.to_rows()))
-    }
-
-    /// A place along `step` where the sum is below `before`, with its predictions: a shorter step where a whole one makes it worse, or where
-    /// the model does not answer so far out.
-    fn search<E>(
-        &self,
-        values: &[f64],
-        step: &[f64],
-        before: f64,
-        evaluate: &mut Model<'_, E>,
-    ) -> Result<Option<There>, E> {
-        for (n, share) in SHARES.into_iter().enumerate() {
-            let further = |(i, p): (usize, &Prior)| {
-                (values[i] + share * step[i]).clamp(p.bounds[0], p.bounds[1])
-            };
-            let next: Vec<f64> = self.priors.iter().enumerate().map(further).collect();
-            match evaluate(&next) {
-                Ok(there) if self.cost(&next, &there) < before => {
-                    return Ok(Some((next, there)));
-                }
-                Err(why) if n + 1 == SHARES.len() => return Err(why),
-                Ok(_) | Err(_) => {}
-            }
-        }
-        Ok(None)
-    }
-}
-
-/// What slopes promise a `step` further.
-fn along(predicted: &[f64], slopes: &[Vec<f64>], step: &[f64]) -> Vec<f64> {
-    let further = |row: &[f64]| -> f64 { row.iter().zip(step).map(|(s, d)| s * d).sum() };
-    let both = predicted.iter().zip(slopes);
-    both.map(|(p, row)| p + further(row)).collect()
 }
 
 /// Of two candidate settings with their predictions, which to build: the one whose prediction, spread by its uncertainty, lies
@@ -382,39 +290,33 @@ mod tests {
     #[error("never")]
     struct Never;
 
-    /// A model that does not answer, and one that jumps where the slope is taken: both leave the prior as it is, and say so.
+    /// A model that says the same everywhere teaches nothing, and says so; within bounds that cut the prior too.
     #[test]
     fn a_fit_that_learns_nothing_says_so() {
-        let priors = [prior(1.0, 0.5)];
         let measured = [Measured {
             value: 0.5,
             sigma: 0.1,
         }];
-        let of = |model: &dyn Fn(f64) -> f64| {
+        let of = |bounds: [f64; 2], model: &dyn Fn(f64) -> f64| {
+            let priors = [Prior {
+                bounds,
+                ..prior(1.0, 0.5)
+            }];
             let mut model = |p: &[f64]| Ok::<_, Never>(vec![model(p[0])]);
             fit(&priors, &measured, 4, &mut model).unwrap()
         };
-        let blind = of(&|_| 1.0);
-        assert_eq!(blind.nothing(&priors), Some(Nothing::Blind));
-        let jumping = of(&|p| if p > 1.0 { 2.0 } else { 1.0 });
-        assert_eq!(jumping.values, [1.0]);
-        assert_eq!(jumping.nothing(&priors), Some(Nothing::Stuck));
-        let honest = of(&|p| p);
-        assert!(honest.values[0] < 0.6 && honest.nothing(&priors).is_none());
-        // nothing to learn where the prior explains it all
-        let right = fit(
-            &priors,
-            &[Measured {
-                value: 1.0,
-                sigma: 0.1,
-            }],
-            4,
-            &mut |p: &[f64]| Ok::<_, Never>(vec![p[0]]),
-        );
-        assert_eq!(right.unwrap().nothing(&priors), None);
+        for bounds in [[0.1, 10.0], [0.1, 1.2]] {
+            let blind = of(bounds, &|_| 1.0);
+            assert!(
+                blind.is_blind() && (blind.values[0] - 1.0).abs() < 1e-3,
+                "{blind:?}"
+            );
+            let honest = of(bounds, &|p| p);
+            assert!(honest.values[0] < 0.6 && !honest.is_blind(), "{honest:?}");
+        }
     }
 
-    /// A beam may be too weak for the model within what was believed of it: then the fit looks nearer, and says what it said without that.
+    /// A beam may be too weak for the model within what was believed of it: then the fit stays where it answers, and says what it said without that.
     #[test]
     fn a_model_that_ends_within_the_prior_is_fitted_all_the_same() {
         let priors = [prior(1.0, 0.5)];
@@ -433,24 +335,76 @@ mod tests {
             fit(&priors, &measured, 8, &mut model)
         };
         let whole = fitted(0.0).unwrap();
-        let ended = fitted(0.8).unwrap();
-        assert!((whole.values[0] - ended.values[0]).abs() < 1e-3);
-        assert!((whole.sigmas[0] / ended.sigmas[0] - 1.0).abs() < 0.02);
-        assert!(fitted(0.99).is_err());
-        // a step that would lead out of the model is taken in part
-        let near = |p: &[f64]| {
-            if p[0] > 1.3 {
-                Err(Never)
+        for least in [0.8, 0.99] {
+            let ended = fitted(least).unwrap();
+            assert!(
+                (whole.values[0] - ended.values[0]).abs() < 1e-3,
+                "{ended:?}"
+            );
+            assert!((whole.sigmas[0] / ended.sigmas[0] - 1.0).abs() < 0.02);
+        }
+        // at the prior's own place it must answer, and at more than a few
+        assert!(fitted(1.01).is_err());
+        let mut only = |p: &[f64]| {
+            if p[0] == 1.0 {
+                Ok(vec![1.0])
             } else {
-                Ok(vec![p[0]])
+                Err(Never)
             }
         };
-        let far = [Measured {
-            value: 1.45,
+        assert!(matches!(
+            fit(&priors, &measured, 8, &mut only),
+            Err(FitError::Model(Never))
+        ));
+    }
+
+    /// One measurement of the product of two numbers leaves the whole valley that the priors allow, and no more.
+    #[test]
+    fn a_valley_is_as_wide_as_the_priors_leave_it() {
+        let priors = [prior(1.0, 0.1), prior(1.0, 0.2)];
+        let measured = [Measured {
+            value: 1.0,
             sigma: 0.02,
         }];
-        let taken = fit(&priors, &far, 1, &mut |p: &[f64]| near(p)).unwrap();
-        assert!((taken.values[0] - 1.18).abs() < 0.01, "{taken:?}");
+        let mut model = |p: &[f64]| Ok::<_, Never>(vec![p[0] * p[1]]);
+        let found = fit(&priors, &measured, 4, &mut model).unwrap();
+        // along p q = 1 the sum of both pulls: 1 / (1/0.1² + 1/0.2²)
+        let along = (1.0 / (1.0 / 0.01 + 1.0 / 0.04_f64)).sqrt();
+        for sigma in &found.sigmas {
+            assert!((sigma / along - 1.0).abs() < 0.1, "{found:?}");
+        }
+        let correlation = found.covariance[0][1] / (found.sigmas[0] * found.sigmas[1]);
+        assert!(correlation < -0.9, "{correlation}");
+    }
+
+    /// Two minima of a stepwise model, of which slopes reach the worse one: the whole is looked at first.
+    #[test]
+    fn a_search_is_not_caught_in_a_step() {
+        let priors = [prior(0.9, 0.1), prior(1.0, 0.15)];
+        let truth = [0.8, 1.15];
+        let size = |k: u32, p: &[f64]| {
+            let k = f64::from(k);
+            0.6 + (0.3 + 0.1 * k) * p[0] - (0.5 - 0.17 * k) * p[1] * p[1]
+        };
+        let stepped = |k: u32, p: &[f64]| {
+            let phase = (f64::from(k) * 0.618_034).fract();
+            0.02 * ((size(k, p) / 0.02 + phase).round() - phase)
+        };
+        let mut model = |p: &[f64]| Ok::<_, Never>((0..5).map(|k| stepped(k, p)).collect());
+        let measured: Vec<Measured> = (0..5)
+            .map(|k| Measured {
+                value: stepped(k, &truth),
+                sigma: 0.003,
+            })
+            .collect();
+        let found = fit(&priors, &measured, 4, &mut model).unwrap();
+        for ((value, sigma), truth) in found.values.iter().zip(&found.sigmas).zip(truth) {
+            assert!((value - truth).abs() < 2.0 * sigma, "{found:?}");
+        }
+        assert!(
+            found.misfit + pulls(&priors, &found.values) < 11.0,
+            "{found:?}"
+        );
     }
 
     /// Sizes in whole cells: the truth lies within the intervals as often as they say, and they are no narrower than the cells allow.
@@ -480,7 +434,7 @@ mod tests {
             least = least.min(found.sigmas[0]);
         }
         let share = f64::from(within) / f64::from(tries);
-        assert!(share > 0.85 && least > 0.004, "{share} {least}");
+        assert!(share > 0.85 && least > 0.002, "{share} {least}");
     }
 
     proptest! {
@@ -490,8 +444,11 @@ mod tests {
             let measured: Vec<Measured> = truth(&[a, b]).into_iter().map(|value| Measured { value, sigma: 1e-3 }).collect();
             let mut model = |p: &[f64]| Ok::<_, Never>(truth(p));
             let found = fit(&[prior(1.0, 0.5), prior(1.0, 0.5)], &measured, 20, &mut model).unwrap();
-            prop_assert!((found.values[0] - a).abs() < 0.01 && (found.values[1] - b).abs() < 0.01, "{:?}", found.values);
-            prop_assert!(found.sigmas.iter().all(|s| *s < 0.01));
+            // beyond quadratics the courses are as rough as that leaves them
+            for ((value, sigma), truth) in found.values.iter().zip(&found.sigmas).zip([a, b]) {
+                prop_assert!((value - truth).abs() < 0.02 && *sigma < 0.03, "{found:?}");
+                prop_assert!((value - truth).abs() < 2.5 * sigma, "{found:?}");
+            }
         }
     }
 
