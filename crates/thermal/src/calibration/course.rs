@@ -133,7 +133,7 @@ mod tests {
 
     fn places(count: u32) -> Vec<Vec<f64>> {
         let at = |n: u32| {
-            vec![0.755, 0.57]
+            [0.755, 0.57]
                 .iter()
                 .map(|s| (f64::from(n) * s).fract())
                 .collect()
