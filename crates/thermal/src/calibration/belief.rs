@@ -9,7 +9,9 @@ const ALONG: f64 = 401.0;
 /// Cost above the least from which a place is not believed: e to the −15.
 const BEYOND: f64 = 30.0;
 /// Grids at most, each over where the one before believes.
-const GRIDS: u32 = 6;
+const GRIDS: u32 = 16;
+/// Share of the nodes that is kept from grid to grid: what is believed may lie between nodes that are not.
+const KEPT: f64 = 0.25;
 /// Grids about the best node, each over its cell.
 const CLOSER: u32 = 5;
 
@@ -32,15 +34,22 @@ impl Belief {
         let mut grid = Grid::over(domain);
         let mut costs = grid.costs(cost);
         let mut best = grid.best(&costs)?;
+        // of this grid: one weight at least is one, however far below the best lies
+        let mut own = best.1;
         for _ in 1..GRIDS {
-            let believed = grid.below(&costs, best.1 + BEYOND);
-            let narrower = |(b, d): (&[f64; 2], &[f64; 2])| b[1] - b[0] < 0.5 * (d[1] - d[0]);
-            if !believed.iter().zip(&grid.domain).any(narrower) {
+            let Some(narrower) = grid.narrower(&costs, best.1) else {
                 break;
+            };
+            // nothing answers between the nodes of the wider grid: that one stays
+            let narrower = Grid::over(&narrower);
+            let there = narrower.costs(cost);
+            let Some(found) = narrower.best(&there) else {
+                break;
+            };
+            (grid, costs, own) = (narrower, there, found.1);
+            if found.1 < best.1 {
+                best = found;
             }
-            grid = Grid::over(&believed);
-            costs = grid.costs(cost);
-            best = grid.best(&costs).filter(|b| b.1 < best.1).unwrap_or(best);
         }
         let mut cell = grid.clone();
         for _ in 0..CLOSER {
@@ -58,7 +67,7 @@ impl Belief {
         let (mut all, mut mean) = (0.0, vec![0.0; n]);
         let mut covariance = vec![vec![0.0; n]; n];
         for (k, cost) in costs.iter().enumerate() {
-            let weight = grid.share(k) * (-0.5 * (cost - least)).exp();
+            let weight = grid.share(k) * (-0.5 * (cost - own)).exp();
             if weight > 0.0 {
                 let at = grid.at(k);
                 all += weight;
@@ -149,6 +158,26 @@ impl Grid {
         let finite = costs.iter().enumerate().filter(|(_, c)| c.is_finite());
         let least = finite.min_by(|a, b| a.1.total_cmp(b.1))?;
         Some((self.at(least.0), *least.1))
+    }
+
+    /// A box with what is believed that is narrower than this grid's: of as many of the best nodes as leave one, down to those that are believed.
+    fn narrower(&self, costs: &[f64], least: f64) -> Option<Vec<[f64; 2]>> {
+        let mut rising: Vec<f64> = costs.iter().copied().filter(|c| c.is_finite()).collect();
+        rising.sort_by(f64::total_cmp);
+        let mut kept = KEPT * rising.len() as f64;
+        loop {
+            let most = rising.get(kept as usize).copied().unwrap_or(least);
+            let believed = most <= least + BEYOND;
+            let found = self.below(costs, most.max(least + BEYOND));
+            let narrow = |(b, d): (&[f64; 2], &[f64; 2])| b[1] - b[0] < 0.8 * (d[1] - d[0]);
+            if found.iter().zip(&self.domain).any(narrow) {
+                return Some(found);
+            }
+            if believed {
+                return None;
+            }
+            kept *= KEPT;
+        }
     }
 
     /// The box of the nodes whose cost is below `most`, a step wider.
