@@ -3,7 +3,7 @@
 //! Slopes at one place would do where the cost is a bowl. One body for two numbers leaves a curved valley, and a bound cuts it off.
 
 /// Nodes of a grid at most: the more parameters, the fewer along each.
-const NODES: f64 = 15_000.0;
+const NODES: f64 = 5_000.0;
 /// Nodes along a parameter at most.
 const ALONG: f64 = 401.0;
 /// Cost above the least from which a place is not believed: e to the −15.
@@ -13,7 +13,9 @@ const GRIDS: u32 = 16;
 /// Share of the nodes that is kept from grid to grid: what is believed may lie between nodes that are not.
 const KEPT: f64 = 0.25;
 /// Grids about the best node, each over its cell.
-const CLOSER: u32 = 5;
+const CLOSER: u32 = 8;
+/// Nodes of them along a parameter.
+const CELL: usize = 9;
 
 /// What is believed.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +60,10 @@ impl Belief {
             let about: Vec<[f64; 2]> = about
                 .map(|((b, s), d)| [(b - s).max(d[0]), (b + s).min(d[1])])
                 .collect();
-            cell = Grid::over(&about);
+            cell = Grid {
+                domain: about,
+                along: CELL,
+            };
             let found = cell.best(&cell.costs(cost));
             best = found.filter(|b| b.1 < best.1).unwrap_or(best);
         }
@@ -109,7 +114,9 @@ impl Grid {
     fn over(domain: &[[f64; 2]]) -> Self {
         Grid {
             domain: domain.to_vec(),
-            along: NODES.powf(1.0 / domain.len() as f64).clamp(9.0, ALONG) as usize,
+            along: NODES
+                .powf(1.0 / domain.len() as f64)
+                .clamp(CELL as f64, ALONG) as usize,
         }
     }
 

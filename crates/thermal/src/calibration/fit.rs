@@ -438,6 +438,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
         #[test]
         fn a_bent_model_is_inverted(a in 0.6..1.4_f64, b in 0.6..1.4_f64) {
             let truth = |p: &[f64]| vec![p[0] * p[0] + p[1], p[0] * p[1], p[1].sqrt()];
