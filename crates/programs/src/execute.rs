@@ -11,7 +11,6 @@ mod class;
 mod comments;
 mod crater;
 mod effect;
-mod expression;
 mod flow;
 mod frames;
 mod gap;
@@ -32,11 +31,11 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
 pub use class::{Becomes, becomes};
-use expression::Memory;
 pub use gap::{Gap, Missing, NoPose, Open};
 use path::{Came, FramesAt, Zone};
 pub use refusal::{ProgramError, Refusal};
 
+use crate::expression::Memory;
 use crate::fanuc_ls::instruction_text;
 use crate::held::Holds;
 use crate::positioner::Turning;
@@ -226,12 +225,12 @@ pub(crate) fn execution_order(
         memory: Memory {
             registers: settings.registers.clone(),
             signals: settings.signals.clone(),
-            positions: BTreeMap::new(),
-            arguments: Vec::new(),
+            ..Memory::default()
         },
         comments: Comments::of(programs, &settings.arc_values),
         weaves: Vec::new(),
         weave: None,
+        stops: false,
         frames: (None, None),
         holds: None,
         said_holds: programs.iter().map(said_holds).collect(),
@@ -326,6 +325,8 @@ struct Machine<'a> {
     came: Came,
     /// Where the positioner stood at the last move.
     turned: Option<Vec<f64>>,
+    /// Nothing is prepared ahead: every move ends at a standstill.
+    stops: bool,
     /// While the arc burns: what its word says, and what it sets.
     arc: Option<(String, Source)>,
     layer: Option<u32>,

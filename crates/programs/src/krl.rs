@@ -15,6 +15,7 @@ mod parse;
 mod select;
 mod switched;
 mod tables;
+mod values;
 mod words;
 mod write;
 

@@ -11,6 +11,7 @@ mod declared;
 mod parse;
 mod seam;
 mod statements;
+mod values;
 mod words;
 mod write;
 

@@ -17,6 +17,8 @@ const MOST_ENERGY: f64 = 80.0;
 /// Most of the steady time without arc or without samples, %: what it hides moves a mean by a hundredth of itself at most, if the arc
 /// was as far off as out.
 const LOST: f64 = 1.0;
+/// Most samples at one end of a channel's range, %: means move by less than a hundredth where they would lie twice as far off.
+const CLIPPED: f64 = 0.5;
 /// Tenths of a bead may scatter by so much, %: a mean of what changes more says little of any part of it.
 const STEADY: f64 = 10.0;
 /// Least and most wire fed over wire set, %: installations of the source feed 3.5 to 26 % more than is set.
@@ -69,6 +71,16 @@ pub(super) fn warn(records: &Records, beads: &[Recorded], reporter: &Reporter) {
                 "arc-out",
                 format!("{name}: no arc from {from:.2} to {to:.2} s; left out of the means"),
                 "look at the bead there: no metal was laid",
+            );
+        }
+        if steady.dark > 0.0 || steady.unfed > 0.0 {
+            reporter.warn(
+                "arc-out",
+                format!(
+                    "{name}: no arc for {:.2} s in short breaks, no wire feed written for {:.2} s",
+                    steady.dark, steady.unfed
+                ),
+                "look at the bead and at the logger; write from and to of a piece that is whole",
             );
         }
         if steady.missing > 0.0 {
@@ -210,8 +222,10 @@ fn of_samples(beads: &[Recorded]) -> Vec<Check> {
     let lost = worst(beads, |b| {
         let out: f64 = b.steady.out.iter().map(|[a, b]| b - a).sum();
         let [from, to] = b.steady.used;
-        Some(100.0 * (out + b.steady.missing) / (to - from))
+        let dark = b.steady.dark;
+        Some(100.0 * (out + dark + b.steady.missing.max(b.steady.unfed)) / (to - from))
     });
+    let clipped = worst(beads, |b| Some(100.0 * b.steady.clipped));
     let scatter = worst(beads, |b| {
         let s = &b.steady;
         let all = [Some(s.voltage), Some(s.current), s.feed];
@@ -228,12 +242,27 @@ fn of_samples(beads: &[Recorded]) -> Vec<Check> {
             ],
         ),
         check(
-            ["whole", "most of a bead without arc or without samples"],
+            [
+                "whole",
+                "most of a bead without arc or without samples of voltage, current or feed",
+            ],
             exact(lost, "%"),
             Limit::AtMost(LOST),
             [
                 "",
                 "lay that bead again, or write from and to of a piece without break",
+            ],
+        ),
+        check(
+            [
+                "range",
+                "most samples at one end of what a channel can show",
+            ],
+            exact(clipped, "%"),
+            Limit::AtMost(CLIPPED),
+            [
+                "",
+                "record with a channel of more range, and look whether it is connected: what lies beyond is cut off, and means are wrong by it",
             ],
         ),
         check(

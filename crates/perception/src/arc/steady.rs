@@ -5,6 +5,15 @@ use super::samples::Samples;
 
 /// An arc is out where its current stays below that of an arc for so long, s: some three cycles of short-circuit transfer.
 const OUT: f64 = 0.05;
+/// Current below that of an arc is no arc, shorter than [`OUT`] too, where the voltage is above its mean (below it the wire touches the pool) for so
+/// long, s: poles that turn round are quicker.
+const DARK: f64 = 2e-3;
+/// A channel with so many different values shows by them where its range ends; of one with fewer each value stands for many.
+const FINE: usize = 200;
+/// The values next to the end of a range that are held against those at its end: their share of all that the channel shows.
+const NEXT: f64 = 0.01;
+/// A range ends where so many times more samples lie at its end than next to it.
+const PILED: usize = 3;
 /// Parts into which the steady time is cut to see how steady it is.
 const PARTS: usize = 10;
 /// Samples needed, two a part.
@@ -58,6 +67,12 @@ pub struct Steady {
     pub out: Vec<[f64; 2]>,
     /// Time within it that no sample covers, s.
     pub missing: f64,
+    /// Further time within it in which no current of an arc flows, however short each break, s.
+    pub dark: f64,
+    /// Time of its tenths in which no wire feed was written though the record has some, s.
+    pub unfed: f64,
+    /// Share of samples at one end of what a channel can show: of voltage or current, whichever is more.
+    pub clipped: f64,
     /// Samples in it.
     pub samples: usize,
     /// The usual time between two samples, s.
@@ -196,9 +211,14 @@ pub fn steady(file: &str, samples: &Samples, cut: Cut) -> Result<Steady, ArcErro
             samples.weight(k)
         }
     };
+    let clipped = [&samples.voltage, &samples.current].map(|c| clipped(c, &taken));
+    let unfed = parts.iter().filter(|p| p.time > 0.0 && p.fed_time == 0.0);
     Ok(Steady {
         burns,
         used,
+        dark: dark_between(samples, &taken, cut.arc_current, (poles, voltage.value)),
+        unfed: unfed.map(|p| p.time).sum::<f64>() * f64::from(u8::from(feed.is_some())),
+        clipped: together(clipped),
         missing: holes.map(|k| samples.gap(k) + empty(k)).sum(),
         out,
         samples: taken.len(),
@@ -210,6 +230,56 @@ pub fn steady(file: &str, samples: &Samples, cut: Cut) -> Result<Steady, ArcErro
         poles,
         cycle: cycle(samples, &taken),
     })
+}
+
+/// Time in which samples that count show no current of an arc, and more than the mean voltage, s.
+fn dark_between(
+    samples: &Samples,
+    taken: &[usize],
+    threshold: f64,
+    (poles, voltage): (Poles, f64),
+) -> f64 {
+    let dark =
+        |k: &usize| samples.current[*k].abs() < threshold && samples.voltage[*k].abs() > voltage;
+    let runs = taken.chunk_by(|a, b| dark(a) == dark(b));
+    let times = runs
+        .filter(|run| dark(&run[0]))
+        .map(|run| run.iter().map(|k| samples.weight(*k)).sum::<f64>());
+    // current that turns round passes through none
+    times
+        .filter(|time| *time > DARK && poles != Poles::Alternating)
+        .sum()
+}
+
+/// How many different values a channel has, and the share of samples at the one of its ends at which it is cut off.
+fn clipped(column: &[f64], taken: &[usize]) -> (usize, f64) {
+    let mut values: Vec<f64> = taken.iter().map(|k| column[*k]).collect();
+    values.sort_by(f64::total_cmp);
+    let distinct = values.chunk_by(|a, b| a == b).count();
+    let (Some(least), Some(most)) = (values.first().copied(), values.last().copied()) else {
+        return (0, 0.0);
+    };
+    let next = NEXT * (most - least);
+    let low = values.partition_point(|v| *v <= least);
+    let above = values.partition_point(|v| *v <= least + next) - low;
+    let high = values.len() - values.partition_point(|v| *v < most);
+    let below = values.len() - values.partition_point(|v| *v < most - next) - high;
+    let ends = [(low, above), (high, below)].map(|(end, beside)| match end {
+        _ if distinct < FINE || end <= PILED * beside.max(1) => 0,
+        end => end,
+    });
+    let share = ends[0].max(ends[1]) as f64 / values.len() as f64;
+    (distinct, share)
+}
+
+/// The greater share of two channels; all of them where one shows one value while the other changes.
+fn together([a, b]: [(usize, f64); 2]) -> f64 {
+    let stands = |this: usize, other: usize| this == 1 && other >= FINE;
+    if stands(a.0, b.0) || stands(b.0, a.0) {
+        1.0
+    } else {
+        a.1.max(b.1)
+    }
 }
 
 /// How the poles lie in samples.
@@ -452,5 +522,80 @@ mod tests {
         assert_eq!(pieces.len(), 50);
         let middle = pieces[25];
         assert_eq!((middle.current[1], middle.current[2]), (60.0, 400.0));
+    }
+
+    /// A pulsed arc of 10 s at 5 kHz with noise, in steps of a converter.
+    fn pulsed() -> Samples {
+        let noise = |k: i32, step: f64| {
+            (f64::from(k) * step).fract() + (f64::from(k) * 3.1 * step).fract() - 1.0
+        };
+        let times: Vec<f64> = (0..60_000).map(|k| f64::from(k) / 5000.0).collect();
+        let high = |k: i32| (k / 20) % 2 == 0;
+        let lit = |k: i32| (5000..55_000).contains(&k);
+        let of = |[low, most]: [f64; 2], rough: f64, step: f64| {
+            let value = |k: i32| if high(k) { most } else { low } + rough * noise(k, step);
+            let stepped = |v: f64| (v * 50.0).round() / 50.0;
+            (0..60_000)
+                .map(|k| if lit(k) { stepped(value(k)) } else { 0.0 })
+                .collect()
+        };
+        Samples {
+            voltage: of([18.0, 28.0], 1.5, 0.618_034),
+            current: of([60.0, 330.0], 6.0, 0.754_878),
+            feed: Some(vec![100.0; times.len()]),
+            usual: 2e-4,
+            times,
+        }
+    }
+
+    /// What a channel cuts off, one that is dead, short breaks and a feed that was hardly written are told; an arc that is whole is.
+    #[test]
+    fn channels_that_end_or_are_dead_are_told() {
+        let found = |change: &dyn Fn(&mut Samples)| {
+            let mut samples = pulsed();
+            change(&mut samples);
+            steady("r", &samples, CUT).unwrap()
+        };
+        let whole = found(&|_| {});
+        assert_eq!(
+            [whole.clipped, whole.dark, whole.unfed],
+            [0.0; 3],
+            "{whole:?}"
+        );
+        let cut = found(&|s| s.current.iter_mut().for_each(|i| *i = i.min(250.0)));
+        assert!((cut.clipped - 0.5).abs() < 0.01, "{}", cut.clipped);
+        let low = found(&|s| s.voltage.iter_mut().for_each(|u| *u = u.max(17.9)));
+        assert!((low.clipped - 0.25).abs() < 0.1, "{}", low.clipped);
+        let dead = found(&|s| s.voltage.fill(21.0));
+        assert_eq!(dead.clipped, 1.0);
+        // 40 ms in 100 without an arc, and without the touch of a short circuit
+        let breaks = |volts: f64| {
+            found(&move |s| {
+                for k in (5000..55_000).filter(|k| k % 500 < 200) {
+                    (s.voltage[k], s.current[k]) = (volts, 0.0);
+                }
+            })
+        };
+        let share = breaks(55.0);
+        assert!(
+            (share.dark / (share.used[1] - share.used[0]) - 0.4).abs() < 0.01,
+            "{}",
+            share.dark
+        );
+        assert_eq!(breaks(2.0).dark, 0.0);
+        let fed = |every: usize, until: usize| {
+            found(&move |s| {
+                let feed = s.feed.as_mut().unwrap();
+                for (k, v) in feed.iter_mut().enumerate() {
+                    if k % every != 0 || k > until {
+                        *v = f64::NAN;
+                    }
+                }
+            })
+        };
+        // a slower clock of the feed is no hole; half a second of it is
+        assert_eq!(fed(500, 60_000).unfed, 0.0);
+        let [few, used] = [fed(1, 12_000).unfed, 8.5];
+        assert!((few / used - 0.8).abs() < 0.02, "{few}");
     }
 }

@@ -30,6 +30,7 @@ pub fn becomes(dialect: Dialect, text: &str) -> Becomes {
         | Effect::Weave
         | Effect::WeaveEnd
         | Effect::Abort => Becomes::Executed,
+        Effect::Stops | Effect::Ahead(_) => Becomes::Executed,
         Effect::Wait | Effect::Pause | Effect::Passive => Becomes::Passed,
         Effect::Shapes(_) => Becomes::Told,
     }

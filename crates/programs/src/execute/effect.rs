@@ -23,6 +23,10 @@ pub(super) enum Effect {
     Wait,
     /// Stands until a person lets it go on.
     Pause,
+    /// Ends the move before at a standstill.
+    Stops,
+    /// Says whether moves are prepared ahead: without that every one ends at a standstill.
+    Ahead(bool),
     /// Shapes no metal.
     Passive,
     /// Shapes metal, or may do so, in a way that is not modelled.
@@ -115,10 +119,9 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "BAS(#INITMOV",
                 "BAS(#ACC",
                 "$BWDSTART",
-                "$ADVANCE",
                 "$H_POS",
                 "$ACC",
-                "$OUT[",
+                "CONTINUE",
                 "$ORI_TYPE",
                 "$CIRC_TYPE",
                 "$LOAD",
@@ -166,10 +169,13 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "SET_TCP(",
                 "SET_PAYLOAD(",
                 "SYNC(",
+            ],
+            &[
                 "STOPL(",
                 "STOPJ(",
+                "POPUP(",
+                "WHILE(GET_STANDARD_DIGITAL_IN(",
             ],
-            &["POPUP(", "WHILE(GET_STANDARD_DIGITAL_IN("],
         ),
         Dialect::Inform => (
             &["DOUT", "PULSE", "MSG", "CLS", "CLEAR"],
@@ -197,6 +203,11 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
     let line: String = text.split_whitespace().collect();
     let line = line.to_ascii_uppercase();
     let begins = |words: &[&str]| words.iter().any(|w| line.starts_with(w));
+    if dialect == Dialect::Krl
+        && let Some(effect) = ahead(&line)
+    {
+        return effect;
+    }
     // what it ends was told where it began
     let closes = dialect == Dialect::UrScript && line == "END";
     if dialect == Dialect::Inform && line.starts_with("WVON") {
@@ -214,6 +225,19 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
     } else {
         Effect::Shapes(Missing::Unknown(text.to_owned()))
     }
+}
+
+/// What a line of a KUKA does to the moves that are prepared ahead of the arm (the advance run): without these nothing is rounded.
+fn ahead(line: &str) -> Option<Effect> {
+    if line.starts_with("$OUT[") {
+        return Some(Effect::Stops);
+    }
+    // it sets three
+    if line.starts_with("BAS(#INITMOV") {
+        return Some(Effect::Ahead(true));
+    }
+    let moves: u32 = line.strip_prefix("$ADVANCE=")?.parse().ok()?;
+    Some(Effect::Ahead(moves > 0))
 }
 
 /// Whether the second word of a line is `End`.

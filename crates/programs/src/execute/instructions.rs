@@ -16,7 +16,12 @@ impl Machine<'_> {
         instruction: &Instruction,
     ) -> Result<Flow, ProgramError> {
         match instruction {
-            Instruction::Motion(motion) => self.motion(motion)?,
+            Instruction::Motion(motion) => {
+                self.motion(motion)?;
+                if self.stops && self.arc.is_some() {
+                    self.wait(0.0)?;
+                }
+            }
             Instruction::Arc(word) => {
                 self.close_arcs();
                 self.switch(word)?;
@@ -41,7 +46,7 @@ impl Machine<'_> {
             Instruction::End => return Ok(Flow::Return),
             Instruction::Label { .. } | Instruction::Blank => {}
             Instruction::Raw(text) if self.programs[frame.program].dialect != Dialect::FanucLs => {
-                return Ok(self.foreign(self.programs[frame.program].dialect, text));
+                return self.foreign(self.programs[frame.program].dialect, text);
             }
             Instruction::Raw(text) => {
                 return match self.decide(frame, text)? {
@@ -84,14 +89,16 @@ impl Machine<'_> {
                 self.note("line-passed-over", first_word(text));
             }
             Effect::Position => self.set_position(text),
-            Effect::Passive => self.note("line-passed-over", first_word(text)),
+            Effect::Passive | Effect::Stops | Effect::Ahead(_) => {
+                self.note("line-passed-over", first_word(text));
+            }
             Effect::Shapes(why) => self.gap(why),
         }
         Ok(Flow::Next)
     }
 
     /// A line that is kept verbatim of another dialect: what decides or changes something is told as a gap.
-    fn foreign(&mut self, dialect: Dialect, text: &str) -> Flow {
+    fn foreign(&mut self, dialect: Dialect, text: &str) -> Result<Flow, ProgramError> {
         let of_arc = self.programs[self.at.0].arc_lines.get(&self.at.1);
         if let Some(what) = of_arc {
             match what {
@@ -100,23 +107,35 @@ impl Machine<'_> {
                 ArcLine::Breaks => self.gap(Missing::ArcLines(text.to_owned())),
                 ArcLine::Output => self.gap(Missing::ArcOutput(text.to_owned())),
             }
-            return Flow::Next;
+            return Ok(Flow::Next);
         }
         // frames are numbered as they are set
         if self.programs[self.at.0].said_frames.sets(self.at.1) {
-            return Flow::Next;
+            return Ok(Flow::Next);
         }
         match effect_of(dialect, text) {
             // whether it comes to it nobody knows in a block that is not followed
             Effect::Abort if self.in_block() => self.gap(Missing::MayEnd(text.to_owned())),
-            Effect::Abort => return self.end_all(text),
+            Effect::Abort => return Ok(self.end_all(text)),
             Effect::Wait | Effect::Pause => self.stand(text),
             Effect::Shapes(why) => self.gap(why),
             Effect::Weave => self.begin_weave(text),
             Effect::WeaveEnd => self.weave = None,
+            Effect::Stops if self.arc.is_some() && !self.goes_on() => self.wait(0.0)?,
+            Effect::Ahead(some) => {
+                self.stops = !some;
+                self.note("line-passed-over", first_word(text));
+            }
             _ => self.note("line-passed-over", first_word(text)),
         }
-        Flow::Next
+        Ok(Flow::Next)
+    }
+
+    /// Whether the line before says that the one being executed keeps what is prepared ahead (`CONTINUE`).
+    fn goes_on(&self) -> bool {
+        let before = self.at.1.checked_sub(1);
+        let before = before.and_then(|i| self.programs[self.at.0].instructions.get(i));
+        matches!(before, Some(Instruction::Raw(text)) if first_word(text) == "CONTINUE")
     }
 
     /// Everything ends here, which is told.

@@ -4,7 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
 use super::Machine;
-use super::expression::Elements;
+use crate::expression::Elements;
 use crate::orientation::pose;
 use crate::program::Coordinates;
 use crate::scan::bracket;

@@ -9,6 +9,7 @@ use super::data::{coordinates, turned_round};
 use super::entries::{Entry, Listed, entry};
 use super::list::{List, capital, holds, list};
 use super::tables::{self, Tables};
+use super::values;
 use super::words::WeaveAmplitude;
 use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
@@ -20,8 +21,9 @@ use crate::program::{
 };
 use crate::said_frames::{SetFrame, Which};
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncommented};
+use crate::unrolled::Statement;
 
-/// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `values` is how many
+/// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `arc_values` is how many
 /// of ArcTech's channels mean something in this cell, `amplitude` what that of a weave is.
 ///
 /// # Errors
@@ -29,10 +31,10 @@ use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncom
 pub fn read(
     source: &[u8],
     data: Option<&[u8]>,
-    values: usize,
+    arc_values: usize,
     amplitude: Option<WeaveAmplitude>,
 ) -> Result<Vec<Parsed>, ParseError> {
-    let told = (values, amplitude);
+    let told = (arc_values, amplitude);
     let list = data.map_or_else(List::default, |data| list(&decoded(data), told));
     let text = decoded(source);
     let lines: Vec<&str> = trimmed(&text).collect();
@@ -45,14 +47,30 @@ pub fn read(
         open: None,
         application: Vec::new(),
     };
-    let mut last = 0;
-    for (line, n) in lines.iter().zip(1..) {
-        reader.line(n, line);
-        last = n;
+    let constants = values::constants(&list, &code);
+    let mut at = 0;
+    while let Some(line) = lines.get(at) {
+        at += 1;
+        reader.line(at as u32, line);
+        if reader.open.is_some() {
+            let body = lines[at..]
+                .iter()
+                .take_while(|l| !l.eq_ignore_ascii_case("END"));
+            let numbered = (at as u32 + 1..).zip(body.map(|l| (*l).to_owned()));
+            let body: Vec<Statement> = numbered.collect();
+            at += body.len();
+            for (n, line) in values::run_through(&list, &constants, &body) {
+                reader.line(n, &line);
+            }
+        }
+        if let (Some(line), true) = (lines.get(at), reader.open.is_some()) {
+            at += 1;
+            reader.line(at as u32, line);
+        }
     }
     if reader.open.is_some() {
         return Err(ParseError::Unended {
-            line: last,
+            line: lines.len() as u32,
             wanted: "END",
         });
     }
@@ -447,12 +465,13 @@ impl Routine<'_> {
             kept(Which::Tool, tool.filter(|_| !self.direct.1)),
         );
         let short = name.strip_prefix(['X', 'x']);
-        let listed = short.and_then(|_| list.positions.get(&variable).cloned());
+        let listed = list.positions.get(&variable).cloned();
         let listed = listed.map(|place| self.in_part(place));
         // a place that is used with the torch on the robot and with the part on it is two
         let now = self.holds.unwrap_or(Holds::Torch);
         let first = *self.used.entry(variable.clone()).or_insert(now);
-        let mut key = short.unwrap_or(name).to_owned();
+        let other = |short: &&str| !list.positions.contains_key(&capital(short));
+        let mut key = short.filter(other).unwrap_or(name).to_owned();
         if first != now {
             key += "_HELD";
             while list.positions.contains_key(&format!("X{}", capital(&key))) {

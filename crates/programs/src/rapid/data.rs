@@ -18,7 +18,7 @@ const DEEPEST: usize = 6;
 /// How many values an `arcdata` has.
 pub(super) const ARC_VALUES: usize = 9;
 /// An external axis that is not there.
-const NO_AXIS: f64 = 9e9;
+pub(super) const NO_AXIS: f64 = 9e9;
 
 /// A value of a module.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,6 +7,7 @@ use meltpath_toolpath::Weave;
 use super::data::{self, Value, WeldData};
 use super::declared::{Declared, declared, displaced, is_pose};
 use super::statements::{Statement, statements};
+use super::values;
 use crate::collected::Collected;
 use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, decoded};
@@ -16,11 +17,11 @@ use crate::program::{
 };
 use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
 
-/// Reads the routines of a module, in their order. `values` is how many values of an `arcdata` mean something in this cell.
+/// Reads the routines of a module, in their order. `arc_values` is how many values of an `arcdata` mean something in this cell.
 ///
 /// # Errors
 /// [`ParseError`] where the text has no module or no routine, or a routine does not end.
-pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
+pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> {
     let text = decoded(bytes);
     let all = statements(&text);
     let no = |wanted| ParseError::Other {
@@ -41,13 +42,28 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
     }
     let kept: Vec<bool> = all
         .iter()
-        .map(|s| declared(&mut known, s, values) == Some(true))
+        .map(|s| declared(&mut known, s, arc_values) == Some(true))
         .collect();
-    for (s, kept) in all.iter().zip(kept) {
-        if kept && reader.open.is_none() && reader.skipped.is_none() {
+    let constants = values::constants(&known.numbers, &all);
+    let mut at = 0;
+    while let Some(s) = all.get(at) {
+        let outside = reader.open.is_none() && reader.skipped.is_none();
+        if outside && kept.get(at) == Some(&true) {
             rest.push(format!("{};", tidy(&s.text)));
         }
         reader.statement(s, &known);
+        at += 1;
+        if outside && reader.open.is_some() {
+            let body = all.get(at..).unwrap_or_default();
+            let body = body
+                .split(|s| s.text.eq_ignore_ascii_case("ENDPROC"))
+                .next();
+            let body = body.unwrap_or_default();
+            at += body.len();
+            for s in values::run_through(&known, &constants, (&s.text, body)) {
+                reader.statement(&s, &known);
+            }
+        }
     }
     if reader.open.is_some() {
         let line = all.last().map_or(0, |s| s.line);

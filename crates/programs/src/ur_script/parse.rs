@@ -1,17 +1,18 @@
 //! A program from script. Never panics; what it does not know it keeps and lists.
 
 use meltpath_geometry::Pose;
-use meltpath_geometry::math::DVec3;
 
+use super::values::{self, numbers, pose_of, told};
 use super::words::ScriptWords;
 use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
-use crate::orientation::{pose, wpr_of_rotation_vector};
+use crate::orientation::wpr_of_rotation_vector;
 use crate::parsed::{ParseError, Parsed, decoded, trimmed};
 use crate::program::{
     Axis, Coordinates, Dialect, Instruction, MotionKind, PositionRef, Speed, Termination,
 };
-use crate::scan::{self, called, duration, finite, first_word, routine_name, strip_prefix, tidy};
+use crate::scan::{called, duration, finite, first_word, routine_name, strip_prefix, tidy};
+use crate::unrolled::Statement;
 
 /// Speed of a move along a path that says none, m/s: that of the script manual.
 const USUAL_SPEED: f64 = 0.25;
@@ -27,42 +28,18 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
     let text = decoded(bytes);
     let lines: Vec<&str> = trimmed(&text).collect();
     let mut done = Vec::new();
-    let mut open: Option<Reader> = None;
     let mut at = 0;
     while let Some(line) = lines.get(at) {
-        let Some(reader) = &mut open else {
-            if let Some(name) = begins(line) {
-                open = Some(Reader {
-                    out: Collected::new(Dialect::UrScript, name),
-                    words,
-                    depth: 0,
-                    arc: None,
-                    tools: Vec::new(),
-                    tool: 1,
-                    frame: PART,
-                });
-            }
-            at += 1;
-            continue;
-        };
-        reader.out.line = at as u32 + 1;
-        if *line == "end" && reader.depth == 0 {
-            done.extend(open.take().map(|r| r.out.finish(&lines)));
-            at += 1;
-            continue;
-        }
-        // the lines of the arc count as one
-        let taken = reader.arc_lines(&lines[at..]);
-        if taken == 0 {
-            reader.statement(line);
-        }
-        at += taken.max(1);
-    }
-    if open.is_some() {
-        return Err(ParseError::Unended {
+        at += 1;
+        let Some(name) = begins(line) else { continue };
+        let body = body(&lines[at..]).ok_or(ParseError::Unended {
             line: lines.len() as u32,
             wanted: "end",
-        });
+        })?;
+        let numbered = (at as u32 + 1..).zip(body.iter().map(|l| (*l).to_owned()));
+        let statements = values::run_through(words, &numbered.collect::<Vec<_>>());
+        done.push(Reader::new(name, words).read(&statements).finish(&lines));
+        at += body.len() + 1;
     }
     if done.is_empty() {
         return Err(ParseError::Other {
@@ -81,11 +58,29 @@ fn begins(line: &str) -> Option<&str> {
     line.ends_with(':').then(|| routine_name(rest))?
 }
 
+/// The lines of a function up to its end.
+fn body<'l, 't>(lines: &'l [&'t str]) -> Option<&'l [&'t str]> {
+    let mut depth = 0_u32;
+    let end = lines.iter().position(|line| {
+        depth += u32::from(opens(line.split('#').next().unwrap_or_default().trim()));
+        let ends = *line == "end" && depth == 0;
+        if *line == "end" {
+            depth = depth.saturating_sub(1);
+        }
+        ends
+    })?;
+    lines.get(..end)
+}
+
+/// Whether a line begins a block.
+fn opens(line: &str) -> bool {
+    let word = first_word(line);
+    line.ends_with(':') && matches!(word, "if" | "while" | "for" | "def" | "thread" | "sec")
+}
+
 struct Reader<'w> {
     out: Collected,
     words: Option<&'w ScriptWords>,
-    /// Blocks that are open.
-    depth: u32,
     /// The values of the arc that is on.
     arc: Option<String>,
     /// Tools by their number, as `set_tcp` says them; the one that stands before any line says so is empty.
@@ -99,19 +94,6 @@ struct Reader<'w> {
 /// The number of the part's frame, and that of the base, in which poses are that name none.
 const PART: u32 = 1;
 pub(crate) const BASE: u32 = 2;
-
-/// A pose `p[…]` in m and rad; nothing where it is none.
-fn pose_of(text: &str) -> Option<Pose> {
-    let [x, y, z, a, b, c] = numbers(text.strip_prefix('p')?)?;
-    let at = DVec3::new(x, y, z) * 1000.0;
-    Some(pose(at, wpr_of_rotation_vector([a, b, c])?))
-}
-
-/// The numbers of a list in brackets.
-fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
-    let inner = text.strip_prefix('[')?.strip_suffix(']')?;
-    scan::numbers(inner)?.try_into().ok()
-}
 
 /// An argument of a call.
 enum Said<'a> {
@@ -137,7 +119,33 @@ fn said<'a>(all: &[&'a str], name: &str, place: usize) -> Said<'a> {
     }
 }
 
-impl Reader<'_> {
+impl<'w> Reader<'w> {
+    fn new(name: &str, words: Option<&'w ScriptWords>) -> Self {
+        Reader {
+            out: Collected::new(Dialect::UrScript, name),
+            words,
+            arc: None,
+            tools: Vec::new(),
+            tool: 1,
+            frame: PART,
+        }
+    }
+
+    fn read(mut self, statements: &[Statement]) -> Collected {
+        let lines: Vec<&str> = statements.iter().map(|s| &*s.1).collect();
+        let mut at = 0;
+        while let Some((number, line)) = statements.get(at) {
+            self.out.line = *number;
+            // the lines of the arc count as one
+            let taken = self.arc_lines(&lines[at..]);
+            if taken == 0 {
+                self.statement(line);
+            }
+            at += taken.max(1);
+        }
+        self.out
+    }
+
     /// Takes in the lines that switch the arc; how many they are.
     fn arc_lines(&mut self, lines: &[&str]) -> usize {
         let Some(words) = self.words else { return 0 };
@@ -154,13 +162,6 @@ impl Reader<'_> {
         };
         if self.acts(line).is_some() {
             return;
-        }
-        match first_word(line) {
-            "if" | "while" | "for" | "def" | "thread" | "sec" if line.ends_with(':') => {
-                self.depth += 1;
-            }
-            "end" => self.depth = self.depth.saturating_sub(1),
-            _ => {}
         }
         let arc = self.words.map(ScriptWords::arc);
         self.out.keep_beside(arc, line);
@@ -228,7 +229,7 @@ impl Reader<'_> {
             }
             None => (text, BASE),
         };
-        let [x, y, z, a, b, c] = numbers(pose.strip_prefix('p')?)?;
+        let [x, y, z, a, b, c] = told(pose)?;
         let place = Coordinates::Cartesian {
             config: String::new(),
             xyz: [x, y, z].map(|v| scaled(v, 1000.0)),

@@ -12,6 +12,7 @@ mod foreign;
 mod frames;
 mod held;
 mod logic;
+mod loops;
 mod others;
 mod phases;
 mod silence;

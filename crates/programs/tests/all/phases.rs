@@ -307,3 +307,43 @@ fn an_axis_that_moves_from_zero_along_a_bead_is_told() {
     assert_eq!(whys(&kuka("100.0", "0.0")), moved);
     assert!(whys(&kuka("0.0", "0.0")).is_empty());
 }
+
+/// A KUKA bead of two moves whose corner is rounded, with a line before the first and between them.
+fn rounded(first: &str, between: &str) -> Reading {
+    let source = format!(
+        "DEF K( )\nBAS(#INITMOV,0)\n{first}\n$BASE=BASE_DATA[1]\n$TOOL=TOOL_DATA[1]\n$VEL.CP=0.1\n$APO.CDIS=2\nArcMainNG(#ArcOnBeforeMoveStd,WDAT1,WP2)\nLIN {{X 0,Y 0,Z 0,A 0,B 0,C 180}}\nArcMainNG(#ArcOnAfterMoveStd,WDAT1,WP2)\n$VEL.CP=gArcBasVelDefinition\nLIN {{X 60,Y 0,Z 0,A 0,B 0,C 180}} C_DIS\n{between}\nArcMainNG(#ArcOffBeforeMoveStd,WDAT1,WP2)\nLIN {{X 60,Y 60,Z 0,A 0,B 0,C 180}}\nArcMainNG(#ArcOffAfterMoveStd,WDAT1,WP2)\nEND\n"
+    );
+    let data = "DEFDAT K\nDECL stArcDat_T WDAT1={Weld {Velocity 0.01,Channel1 1,Channel2 6.0,Channel3 0.0},Crater {CraterTime 0.0}}\nENDDAT\n";
+    run((Dialect::Krl, &source, Some(data)), &cell(&[100.0])).0
+}
+
+/// What a KUKA does not prepare ahead it does not round: corners passed as rounded that were stops, with 27 % more time of the arc.
+#[test]
+fn a_kuka_that_prepares_nothing_ahead_rounds_nothing() {
+    for (first, between, stops) in [
+        ("", "", false),
+        ("$ADVANCE=3", "", false),
+        ("$ADVANCE = 0", "", true),
+        ("$ADVANCE=0\nBAS(#INITMOV,0)", "", false),
+        ("", "$OUT[4]=TRUE", true),
+        ("", "CONTINUE\n$OUT[4]=TRUE", false),
+        ("", "CONTINUE\n$OUT[4]=TRUE\n$OUT[5]=TRUE", true),
+    ] {
+        let reading = rounded(first, between);
+        assert_eq!(whys(&reading), Vec::<String>::new(), "{between}");
+        let stood = stands(&reading).iter().any(|s| s.0 == 0.0);
+        assert_eq!(stood, stops, "{first} {between}");
+    }
+}
+
+/// A script that stops the arm between beads that are rounded stands with the arc on.
+#[test]
+fn a_script_that_stops_with_the_arc_on_is_told() {
+    let text = "def w():\n  movel(p[0,0,0.03,3.14,0,0], v=0.1)\n  set_job(1)\n  set_analog_out(0, 6)\n  set_digital_out(0, True)\n  movel(p[0.06,0,0,3.14,0,0], v=0.01, r=0.002)\n  stopl(0.5)\n  movel(p[0.06,0.06,0,3.14,0,0], v=0.01)\n  set_digital_out(0, False)\n  stopl(0.5)\nend\n";
+    let (reading, _) = run((Dialect::UrScript, text, None), &cell(&[100.0]));
+    let told = reading
+        .gaps
+        .iter()
+        .filter(|g| g.why == Missing::WaitWithArc);
+    assert_eq!(told.count(), 1);
+}

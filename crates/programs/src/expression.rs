@@ -1,4 +1,4 @@
-//! Values and conditions as programs write them: numbers, registers, arguments of calls, `+ - * / DIV MOD`, comparisons, `AND OR !`.
+//! Values and conditions as programs write them: numbers, registers, variables, arguments of calls, `+ - * / DIV MOD`, comparisons, `AND OR NOT !`.
 //! What only the controller knows (inputs that nobody tells, positions, texts) makes the whole unknown, unless the rest decides it.
 
 use std::collections::BTreeMap;
@@ -7,18 +7,60 @@ use std::collections::BTreeMap;
 const DEEPEST: usize = 32;
 
 /// X, Y, Z, mm, and W, P, R, degrees, as far as they are known.
-pub(super) type Elements = [Option<f64>; 6];
+pub(crate) type Elements = [Option<f64>; 6];
 
 /// What a program can read while it runs.
-pub(super) struct Memory {
+#[derive(Default)]
+pub(crate) struct Memory {
     /// Registers whose content is known.
-    pub(super) registers: BTreeMap<u32, f64>,
+    pub(crate) registers: BTreeMap<u32, f64>,
     /// Inputs, outputs and flags whose state is known, by name in capitals and number.
-    pub(super) signals: BTreeMap<(String, u32), bool>,
+    pub(crate) signals: BTreeMap<(String, u32), bool>,
     /// Position registers, as far as they are known.
-    pub(super) positions: BTreeMap<u32, Elements>,
+    pub(crate) positions: BTreeMap<u32, Elements>,
     /// Arguments of the calls that run, innermost last.
-    pub(super) arguments: Vec<Vec<Option<f64>>>,
+    pub(crate) arguments: Vec<Vec<Option<f64>>>,
+    /// Variables whose value is known.
+    pub(crate) names: Names,
+}
+
+/// Variables by their names, and what a language makes of them.
+#[derive(Default)]
+pub(crate) struct Names {
+    /// By their names as [`Names::key`] spells them.
+    pub(crate) values: BTreeMap<String, f64>,
+    pub(crate) spelling: Spelling,
+    pub(crate) quotient: Quotient,
+}
+
+/// Whether capitals make another name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Spelling {
+    #[default]
+    AnyCase,
+    Exact,
+}
+
+/// What two whole numbers divide to that leave a rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Quotient {
+    #[default]
+    Fraction,
+    /// That hangs on their types.
+    Unknown,
+}
+
+impl Names {
+    pub(crate) fn key(&self, name: &str) -> String {
+        match self.spelling {
+            Spelling::AnyCase => name.to_ascii_lowercase(),
+            Spelling::Exact => name.to_owned(),
+        }
+    }
+
+    pub(crate) fn value(&self, name: &str) -> Option<f64> {
+        self.values.get(&self.key(name)).copied()
+    }
 }
 
 /// The value of an expression, where it is known.
@@ -31,7 +73,7 @@ enum Value {
 
 impl Memory {
     /// The number that `text` stands for.
-    pub(super) fn number(&self, text: &str) -> Option<f64> {
+    pub(crate) fn number(&self, text: &str) -> Option<f64> {
         match self.value(text) {
             Some(Value::Number(v)) if v.is_finite() => Some(v),
             _ => None,
@@ -39,14 +81,14 @@ impl Memory {
     }
 
     /// The whole number from 0 that `text` stands for.
-    pub(super) fn index(&self, text: &str) -> Option<u32> {
+    pub(crate) fn index(&self, text: &str) -> Option<u32> {
         let number = self.number(text)?;
         let whole = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
         whole.then_some(number as u32)
     }
 
     /// Whether the condition `text` holds.
-    pub(super) fn condition(&self, text: &str) -> Option<bool> {
+    pub(crate) fn condition(&self, text: &str) -> Option<bool> {
         match self.value(text) {
             Some(Value::Truth(holds)) => Some(holds),
             _ => None,
@@ -54,7 +96,7 @@ impl Memory {
     }
 
     /// Name and number of what `text` refers to: `R[3]`, `DO[3:name]`, `R[R[3]]`.
-    pub(super) fn reference(&self, text: &str) -> Option<(String, u32)> {
+    pub(crate) fn reference(&self, text: &str) -> Option<(String, u32)> {
         let mut reader = Reader {
             memory: self,
             rest: text,
@@ -162,10 +204,28 @@ impl<'a> Reader<'a> {
         Some(value)
     }
 
+    /// The contrary of what comes next.
+    fn denied(&mut self, next: fn(&mut Self) -> Option<Value>) -> Option<Value> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return None;
+        }
+        let value = next(self)?;
+        self.depth -= 1;
+        Some(match value {
+            Value::Truth(holds) => Value::Truth(!holds),
+            _ => Value::Unknown,
+        })
+    }
+
     fn compared(&mut self) -> Option<Value> {
+        // it binds less than what compares
+        if self.word("NOT") {
+            return self.denied(Self::compared);
+        }
         let left = self.sum()?;
         // longer symbols first
-        for symbol in ["<>", "<=", ">=", "=", "<", ">"] {
+        for symbol in ["<>", "!=", "<=", ">=", "==", "=", "<", ">"] {
             if self.take(symbol) {
                 let (a, b) = match (left, self.sum()?) {
                     (Value::Number(a), Value::Number(b)) => (a, b),
@@ -173,10 +233,10 @@ impl<'a> Reader<'a> {
                     _ => return Some(Value::Unknown),
                 };
                 return Some(Value::Truth(match symbol {
-                    "<>" => a != b,
+                    "<>" | "!=" => a != b,
                     "<=" => a <= b,
                     ">=" => a >= b,
-                    "=" => a == b,
+                    "=" | "==" => a == b,
                     "<" => a < b,
                     _ => a > b,
                 }));
@@ -205,10 +265,17 @@ impl<'a> Reader<'a> {
             let operation: fn(f64, f64) -> f64 = if self.take("*") {
                 |a, b| a * b
             } else if self.take("/") {
-                |a, b| a / b
+                match self.memory.names.quotient {
+                    Quotient::Fraction => |a, b| a / b,
+                    // no number: such a value is none that is known
+                    Quotient::Unknown => |a, b| match (a.fract(), b.fract(), (a / b).fract()) {
+                        (0.0, 0.0, rest) if rest != 0.0 => f64::NAN,
+                        _ => a / b,
+                    },
+                }
             } else if self.word("DIV") {
                 |a, b| (a / b).trunc()
-            } else if self.word("MOD") {
+            } else if self.word("MOD") || self.take("%") {
                 |a, b| a % b
             } else {
                 return Some(value);
@@ -232,13 +299,7 @@ impl<'a> Reader<'a> {
             return Some(value);
         }
         if self.take("!") {
-            self.depth += 1;
-            let value = self.factor()?;
-            self.depth -= 1;
-            return Some(match value {
-                Value::Truth(holds) => Value::Truth(!holds),
-                _ => Value::Unknown,
-            });
+            return self.denied(Self::factor);
         }
         let rest = self.rest.trim_start();
         let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.'));
@@ -251,9 +312,9 @@ impl<'a> Reader<'a> {
         let known = |v: Option<f64>| v.map_or(Value::Unknown, Value::Number);
         let Some(inner) = self.bracket().map(without_comment) else {
             return Some(match name.to_ascii_uppercase().as_str() {
-                "ON" => Value::Truth(true),
-                "OFF" => Value::Truth(false),
-                _ => Value::Unknown,
+                "ON" | "TRUE" => Value::Truth(true),
+                "OFF" | "FALSE" => Value::Truth(false),
+                _ => known(self.memory.names.value(name)),
             });
         };
         if let Some((register, element)) = inner.split_once(',') {
@@ -268,6 +329,10 @@ impl<'a> Reader<'a> {
         let Some(index) = index else {
             return Some(Value::Unknown);
         };
+        let element = self.memory.names.value(&format!("{name}[{index}]"));
+        if element.is_some() {
+            return Some(known(element));
+        }
         let name = name.to_ascii_uppercase();
         Some(match name.as_str() {
             "R" => known(self.memory.registers.get(&index).copied()),
@@ -303,7 +368,10 @@ impl Memory {
 /// An operation on two numbers.
 fn both(a: Value, b: Value, operation: impl Fn(f64, f64) -> f64) -> Value {
     match (a, b) {
-        (Value::Number(a), Value::Number(b)) => Value::Number(operation(a, b)),
+        (Value::Number(a), Value::Number(b)) => match operation(a, b) {
+            value if value.is_finite() => Value::Number(value),
+            _ => Value::Unknown,
+        },
         _ => Value::Unknown,
     }
 }
@@ -319,6 +387,7 @@ mod tests {
             signals: BTreeMap::from([(("DI".to_owned(), 7), true)]),
             positions: BTreeMap::from([(4, [Some(1.0), None, Some(7.0), None, None, None])]),
             arguments: vec![vec![None], vec![Some(3.0), None]],
+            ..Memory::default()
         };
         for (text, value) in [
             ("1.5", Some(1.5)),

@@ -1,0 +1,256 @@
+//! What statements of RAPID do to variables.
+
+use std::collections::BTreeMap;
+
+use super::data;
+use super::declared::{Declared, displaced};
+use super::statements::Statement;
+use crate::expression::{Quotient, Spelling};
+use crate::orientation::quaternion_of;
+use crate::program::Coordinates;
+use crate::scan::{finite, identifier, strip_word};
+use crate::unrolled::{Language, Place, Step, unrolled};
+
+/// Instructions that set no variable.
+const ACTS: [&str; 30] = [
+    "MOVEL",
+    "MOVEJ",
+    "MOVEC",
+    "MOVEABSJ",
+    "ARCLSTART",
+    "ARCL",
+    "ARCLEND",
+    "ARCCSTART",
+    "ARCC",
+    "ARCCEND",
+    "CONFJ",
+    "CONFL",
+    "WAITTIME",
+    "WAITROB",
+    "SINGAREA",
+    "ACCSET",
+    "VELSET",
+    "TPWRITE",
+    "TPERASE",
+    "SET",
+    "RESET",
+    "SETDO",
+    "SETAO",
+    "SETGO",
+    "PULSEDO",
+    "ACTUNIT",
+    "DEACTUNIT",
+    "RETURN",
+    "EXIT",
+    "STOP",
+];
+
+/// The numbers of a `robtarget`.
+const NUMBERS: [&str; 17] = [
+    ".trans.x",
+    ".trans.y",
+    ".trans.z",
+    ".rot.q1",
+    ".rot.q2",
+    ".rot.q3",
+    ".rot.q4",
+    ".robconf.cf1",
+    ".robconf.cf4",
+    ".robconf.cf6",
+    ".robconf.cfx",
+    ".extax.eax_a",
+    ".extax.eax_b",
+    ".extax.eax_c",
+    ".extax.eax_d",
+    ".extax.eax_e",
+    ".extax.eax_f",
+];
+
+/// RAPID, with what a module declares.
+pub(super) struct Rapid<'a>(pub(super) &'a Declared);
+
+impl Language for Rapid<'_> {
+    fn step<'t>(&self, text: &'t str) -> Step<'t> {
+        if text.starts_with('!') {
+            return Step::Acts;
+        }
+        if let Some((name, value)) = text.split_once(":=")
+            && is_name(name.trim())
+        {
+            return Step::Set(name.trim(), value.trim());
+        }
+        let (word, rest) = identifier(text);
+        let rest = rest.trim();
+        let word = word.to_ascii_uppercase();
+        match word.as_str() {
+            "VAR" | "PERS" | "CONST" => return declares(rest).unwrap_or(Step::Calls),
+            "FOR" => return counts(rest).unwrap_or(Step::Opens),
+            "WHILE" => return before(rest, "DO").map_or(Step::Opens, Step::While),
+            "IF" => return before(rest, "THEN").map_or(Step::Calls, Step::If),
+            "ELSEIF" => return before(rest, "THEN").map_or(Step::Opens, Step::ElseIf),
+            "ELSE" => return Step::Else,
+            "TEST" => return Step::Opens,
+            "GOTO" => return Step::Jumps,
+            "ENDFOR" | "ENDWHILE" | "ENDIF" | "ENDTEST" => return Step::End,
+            "INCR" if is_name(rest) => return Step::Add(rest, "1"),
+            "DECR" if is_name(rest) => return Step::Add(rest, "-1"),
+            "ADD" => {
+                if let Some((name, by)) = rest.split_once(',').filter(|(n, _)| is_name(n.trim())) {
+                    return Step::Add(name.trim(), by);
+                }
+            }
+            _ => {}
+        }
+        if ACTS.contains(&word.as_str()) {
+            return Step::Acts;
+        }
+        Step::Calls
+    }
+
+    fn place(&self, text: &str) -> Option<Place> {
+        displaced(text, self.0)
+            .or_else(|| data::target(&data::value(text)?))
+            .and_then(|p| numbers(&p))
+    }
+
+    fn written(&self, place: &[(&'static str, f64)]) -> String {
+        let all: Vec<String> = place.iter().map(|(_, v)| v.to_string()).collect();
+        let part = |range: std::ops::Range<usize>| {
+            format!("[{}]", all.get(range).unwrap_or_default().join(","))
+        };
+        format!(
+            "[{},{},{},{}]",
+            part(0..3),
+            part(3..7),
+            part(7..11),
+            part(11..17)
+        )
+    }
+
+    fn declared(&self, name: &str) -> Option<Place> {
+        self.0
+            .targets
+            .get(&name.to_ascii_lowercase())
+            .and_then(numbers)
+    }
+
+    fn spelling(&self) -> Spelling {
+        Spelling::AnyCase
+    }
+
+    fn quotient(&self) -> Quotient {
+        Quotient::Fraction
+    }
+}
+
+/// A variable, or a number of one.
+fn is_name(text: &str) -> bool {
+    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
+    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(part)
+}
+
+/// What stands before the last word.
+fn before<'t>(text: &'t str, word: &str) -> Option<&'t str> {
+    let at = text.len().checked_sub(word.len())?;
+    let last = text.get(at..)?;
+    last.eq_ignore_ascii_case(word).then(|| text[..at].trim())
+}
+
+/// What stands before and behind a word.
+fn round<'t>(text: &'t str, word: &str) -> Option<(&'t str, &'t str)> {
+    let upper = text.to_ascii_uppercase();
+    let at = upper.find(&format!(" {word} "))?;
+    Some((text[..at].trim(), text[at + word.len() + 2..].trim()))
+}
+
+/// `i FROM 1 TO 10 STEP 2 DO`
+fn counts(text: &str) -> Option<Step<'_>> {
+    let (name, range) = round(before(text, "DO")?, "FROM")?;
+    let (from, to) = round(range, "TO")?;
+    let (to, by) = round(to, "STEP").map_or((to, None), |(to, by)| (to, Some(by)));
+    is_name(name).then_some(Step::For(name, [from, to], by))
+}
+
+/// `num h:=2`, which is 0 where nothing is said, or `robtarget p:=…`.
+fn declares(text: &str) -> Option<Step<'_>> {
+    let number = strip_word(text, "num");
+    let rest = number.or_else(|| strip_word(text, "robtarget"))?;
+    let (name, value) = match rest.split_once(":=") {
+        Some((name, value)) => (name.trim(), Some(value.trim())),
+        None => (rest.trim(), number.map(|_| "0")),
+    };
+    is_name(name).then_some(Step::Declare(name, value))
+}
+
+/// The numbers of a target.
+fn numbers(place: &Coordinates) -> Option<Place> {
+    let Coordinates::Cartesian {
+        config,
+        xyz,
+        wpr_degrees,
+        external,
+    } = place
+    else {
+        return None;
+    };
+    let mut all = [*xyz].concat();
+    all.extend(quaternion_of(*wpr_degrees));
+    all.extend(config.split(',').filter_map(finite));
+    all.extend("abcdef".chars().map(|letter| {
+        let axis = external.iter().find(|a| a.name == format!("eax_{letter}"));
+        axis.map_or(data::NO_AXIS, |a| a.value)
+    }));
+    (all.len() == NUMBERS.len()).then(|| NUMBERS.into_iter().zip(all).collect())
+}
+
+/// The statements of a routine with `head` as they run.
+pub(super) fn run_through(
+    known: &Declared,
+    constants: &BTreeMap<String, f64>,
+    (head, body): (&str, &[Statement]),
+) -> Vec<Statement> {
+    // a parameter hides a constant of its name
+    let mut constants = constants.clone();
+    let words = head.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    for word in words {
+        constants.remove(&word.to_ascii_lowercase());
+    }
+    let body: Vec<(u32, String)> = body.iter().map(|s| (s.line, s.text.clone())).collect();
+    let all = unrolled(&Rapid(known), &constants, &body).into_iter();
+    all.map(|(line, text)| Statement { line, text }).collect()
+}
+
+/// The numbers that a module declares and that no statement of it sets.
+pub(super) fn constants(known: &BTreeMap<String, f64>, all: &[Statement]) -> BTreeMap<String, f64> {
+    let mut constants = known.clone();
+    let sets = |name: &str| {
+        all.iter()
+            .any(|s| match Rapid(&Declared::default()).step(&s.text) {
+                Step::Set(other, _) | Step::Add(other, _) => other.eq_ignore_ascii_case(name),
+                // what is handed over may be set there
+                Step::Calls => {
+                    let mut words = s
+                        .text
+                        .split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+                    !s.text.contains(":=") && words.any(|w| w.eq_ignore_ascii_case(name))
+                }
+                _ => false,
+            })
+    };
+    for statement in all {
+        let rest = ["LOCAL", "TASK"]
+            .iter()
+            .find_map(|w| strip_word(&statement.text, w));
+        let (word, rest) = identifier(rest.unwrap_or(&statement.text).trim_start());
+        if !matches!(word.to_ascii_uppercase().as_str(), "VAR" | "PERS") {
+            continue;
+        }
+        if let Some(Step::Declare(name, Some(value))) = declares(rest.trim())
+            && let Some(value) = finite(value)
+            && !sets(name)
+        {
+            constants.insert(name.to_ascii_lowercase(), value);
+        }
+    }
+    constants
+}
