@@ -1,6 +1,7 @@
 //! Records of an arc that lays a bead: voltage, current and wire feed over time, cut to where it burns steadily, and their means.
 
 pub mod columns;
+mod range;
 pub mod samples;
 pub mod steady;
 

@@ -234,7 +234,7 @@ impl<L: Language> Run<'_, L> {
             )
         });
         let named: BTreeSet<String> = calls
-            .flat_map(|at| folded::names(&self.statements[at].1))
+            .flat_map(|at| names(&self.statements[at].1))
             .map(|name| base_of(&self.memory.names.key(name)).to_owned())
             .collect();
         let own = &self.own;
@@ -448,4 +448,12 @@ impl<L: Language> Run<'_, L> {
 /// The variable of which a name is one number: `p10` of `p10.trans.z` and of `p10[2]`.
 fn base_of(key: &str) -> &str {
     key.split(['.', '[']).next().unwrap_or(key)
+}
+
+/// The names in a text, outside quotes.
+fn names(text: &str) -> impl Iterator<Item = &str> {
+    let outside = text.split('"').step_by(2);
+    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
+    let words = outside.flat_map(move |piece| piece.split(move |c| !part(c)));
+    words.filter(|w| w.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_'))
 }

@@ -152,7 +152,12 @@ pub(super) fn tell(
             status: Status::Warn,
             ..Check::not_checked(ID, "a recipe within the bounds", &reason)
         };
-        checks.push(check.remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
+        let fills = |c: &Candidate| c.fill_rate >= found.bounds.fill_rate;
+        checks.push(check.remedy(if found.tried.iter().any(fills) {
+            "lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"
+        } else {
+            "no speed that was tried fills so much: a closer hatch, or a lower fill_rate in [optimise] or [checks]"
+        }));
         return;
     };
     let status = whole.map_or(Status::CannotSay, |w| w.status(checks));

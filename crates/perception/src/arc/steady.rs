@@ -1,6 +1,7 @@
 //! Where an arc burns steadily in a record, and the means over it.
 
 use super::ArcError;
+use super::range::{clipped, together};
 use super::samples::Samples;
 
 /// An arc is out where its current stays below that of an arc for so long, s: some three cycles of short-circuit transfer.
@@ -8,12 +9,6 @@ const OUT: f64 = 0.05;
 /// Current below that of an arc is no arc, shorter than [`OUT`] too, where the voltage is above its mean (below it the wire touches the pool) for so
 /// long, s: poles that turn round are quicker.
 const DARK: f64 = 2e-3;
-/// A channel with so many different values shows by them where its range ends; of one with fewer each value stands for many.
-const FINE: usize = 200;
-/// The values next to the end of a range that are held against those at its end: their share of all that the channel shows.
-const NEXT: f64 = 0.01;
-/// A range ends where so many times more samples lie at its end than next to it.
-const PILED: usize = 3;
 /// Parts into which the steady time is cut to see how steady it is.
 const PARTS: usize = 10;
 /// Samples needed, two a part.
@@ -249,37 +244,6 @@ fn dark_between(
     times
         .filter(|time| *time > DARK && poles != Poles::Alternating)
         .sum()
-}
-
-/// How many different values a channel has, and the share of samples at the one of its ends at which it is cut off.
-fn clipped(column: &[f64], taken: &[usize]) -> (usize, f64) {
-    let mut values: Vec<f64> = taken.iter().map(|k| column[*k]).collect();
-    values.sort_by(f64::total_cmp);
-    let distinct = values.chunk_by(|a, b| a == b).count();
-    let (Some(least), Some(most)) = (values.first().copied(), values.last().copied()) else {
-        return (0, 0.0);
-    };
-    let next = NEXT * (most - least);
-    let low = values.partition_point(|v| *v <= least);
-    let above = values.partition_point(|v| *v <= least + next) - low;
-    let high = values.len() - values.partition_point(|v| *v < most);
-    let below = values.len() - values.partition_point(|v| *v < most - next) - high;
-    let ends = [(low, above), (high, below)].map(|(end, beside)| match end {
-        _ if distinct < FINE || end <= PILED * beside.max(1) => 0,
-        end => end,
-    });
-    let share = ends[0].max(ends[1]) as f64 / values.len() as f64;
-    (distinct, share)
-}
-
-/// The greater share of two channels; all of them where one shows one value while the other changes.
-fn together([a, b]: [(usize, f64); 2]) -> f64 {
-    let stands = |this: usize, other: usize| this == 1 && other >= FINE;
-    if stands(a.0, b.0) || stands(b.0, a.0) {
-        1.0
-    } else {
-        a.1.max(b.1)
-    }
 }
 
 /// How the poles lie in samples.

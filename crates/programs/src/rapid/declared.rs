@@ -127,6 +127,13 @@ fn put<T>(map: &mut BTreeMap<String, T>, name: String, value: Option<T>) -> Opti
 /// `Offs(p10,0,0,50)`, along the axes of the work object, or `RelTool(p10,0,0,-50)`, along those of the tool, of a target that is known
 /// by lengths that are numbers; nothing where it is none of these.
 pub(super) fn displaced(text: &str, known: &Declared) -> Option<Coordinates> {
+    within(text, known, DEEPEST)
+}
+
+/// Displacements of displaced targets are followed as deep.
+const DEEPEST: usize = 6;
+
+fn within(text: &str, known: &Declared, depth: usize) -> Option<Coordinates> {
     let (name, rest) = identifier(text);
     let tool = name.eq_ignore_ascii_case("RelTool");
     if !tool && !name.eq_ignore_ascii_case("Offs") {
@@ -142,7 +149,9 @@ pub(super) fn displaced(text: &str, known: &Declared) -> Option<Coordinates> {
         return None;
     };
     let listed = known.targets.get(&target.to_ascii_lowercase()).cloned();
-    let mut place = listed.or_else(|| data::target(&data::value(target)?))?;
+    let inner = || within(target, known, depth.checked_sub(1)?);
+    let place = listed.or_else(|| data::target(&data::value(target)?));
+    let mut place = place.or_else(inner)?;
     if let Coordinates::Cartesian {
         xyz, wpr_degrees, ..
     } = &mut place

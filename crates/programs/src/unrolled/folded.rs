@@ -1,16 +1,11 @@
 //! A statement with numbers in the places of what is known.
 
-use super::{Language, Run, base_of};
+use super::{Language, Run, base_of, names};
 use crate::collected::scaled;
 use crate::scan::arguments;
 
-/// The names in a text, outside quotes.
-pub(super) fn names(text: &str) -> impl Iterator<Item = &str> {
-    let outside = text.split('"').step_by(2);
-    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
-    let words = outside.flat_map(move |piece| piece.split(move |c| !part(c)));
-    words.filter(|w| w.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_'))
-}
+/// Parts within parts that are looked at.
+const DEEPEST: usize = 48;
 
 impl<L: Language> Run<'_, L> {
     /// A statement whose arguments are numbers where they are known, and places where they were set.
@@ -19,20 +14,20 @@ impl<L: Language> Run<'_, L> {
             let key = self.memory.names.key(name);
             let base = base_of(&key);
             let values = &self.memory.names.values;
-            // a place's numbers follow its name
-            let from = values.range(base.to_owned()..).next();
-            self.changed.contains(base) || from.is_some_and(|(k, _)| base_of(k) == base)
+            let from = values.range(base.to_owned()..);
+            let mut near = from.take_while(|(k, _)| k.starts_with(base));
+            self.changed.contains(base) || near.any(|(k, _)| base_of(k) == base)
         };
         if !names(text).any(known) {
             return text.to_owned();
         }
-        self.part(text)
+        self.part(text, DEEPEST)
     }
 
     /// The parts between commas.
-    fn list(&self, text: &str) -> String {
+    fn list(&self, text: &str, depth: usize) -> String {
         let parts = arguments(text);
-        let parts: Vec<String> = parts.into_iter().map(|part| self.part(part)).collect();
+        let parts: Vec<String> = parts.into_iter().map(|p| self.part(p, depth)).collect();
         parts.join(",")
     }
 
@@ -46,7 +41,10 @@ impl<L: Language> Run<'_, L> {
         })
     }
 
-    fn part(&self, text: &str) -> String {
+    fn part(&self, text: &str, depth: usize) -> String {
+        let Some(depth) = depth.checked_sub(1) else {
+            return text.to_owned();
+        };
         if let Some(place) = self.place(text) {
             return place;
         }
@@ -55,7 +53,7 @@ impl<L: Language> Run<'_, L> {
             return scaled(number, 1.0).to_string();
         }
         if arguments(text).len() > 1 {
-            return self.list(text);
+            return self.list(text, depth);
         }
         // a name in front: of an argument, of a component, of a statement
         for sign in [":=", "=", " "] {
@@ -67,7 +65,7 @@ impl<L: Language> Run<'_, L> {
             {
                 let place = self.place(name).filter(|_| sign == " ");
                 let name = place.as_deref().unwrap_or(name);
-                return format!("{name}{sign}{}", self.part(rest));
+                return format!("{name}{sign}{}", self.part(rest, depth));
             }
         }
         let Some(open) = text.find(['(', '[', '{']) else {
@@ -78,10 +76,10 @@ impl<L: Language> Run<'_, L> {
         };
         let (head, inner, tail) = (&text[..=open], &text[open + 1..close], &text[close..]);
         let tail = match tail.get(1..) {
-            Some(rest) if !rest.is_empty() => format!("{}{}", &tail[..1], self.part(rest)),
+            Some(rest) if !rest.is_empty() => format!("{}{}", &tail[..1], self.part(rest, depth)),
             _ => tail.to_owned(),
         };
-        format!("{head}{}{tail}", self.list(inner))
+        format!("{head}{}{tail}", self.list(inner, depth))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::collected::{Collected, scaled};
 use crate::orientation::wpr_of_rotation_vector;
 use crate::parsed::{ParseError, Parsed, decoded, trimmed};
 use crate::program::{
-    Axis, Coordinates, Dialect, Instruction, MotionKind, PositionRef, Speed, Termination,
+    Axis, Coordinates, Dialect, Instruction, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
 };
 use crate::scan::{called, duration, finite, first_word, routine_name, strip_prefix, tidy};
 use crate::unrolled::Statement;
@@ -183,14 +183,11 @@ impl<'w> Reader<'w> {
         for (name, process) in [("movel", false), ("movep", true)] {
             if let Some(all) = called(line, name) {
                 let rest = all.get(1..)?;
-                // a time in place of a speed
-                if !matches!(said(rest, "t", 2), Said::No | Said::Number(0.0)) {
-                    return None;
-                }
-                let (speed, radius) = (self.speed(rest)?, said(rest, "r", 3));
+                let time = said(rest, "t", 2);
+                let (speed, radius) = (self.speed(rest, &time)?, said(rest, "r", 3));
                 let target = self.target(all.first()?);
                 self.path(MotionKind::Linear, target, speed, &radius);
-                self.accelerates(rest);
+                self.accelerates(rest, &time);
                 if let Some(motion) = self.out.last_move().filter(|_| process) {
                     motion.extra.push(PROCESS.to_owned());
                 }
@@ -199,11 +196,11 @@ impl<'w> Reader<'w> {
         }
         if let Some(all) = called(line, "movec") {
             let rest = all.get(2..)?;
-            let (speed, radius) = (self.speed(rest)?, said(rest, "r", 2));
+            let (speed, radius) = (self.speed(rest, &Said::No)?, said(rest, "r", 2));
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
             self.path(MotionKind::Circular { via }, target, speed, &radius);
-            self.accelerates(rest);
+            self.accelerates(rest, &Said::No);
             return Some(());
         }
         if line == "return" {
@@ -285,8 +282,18 @@ impl<'w> Reader<'w> {
         }
     }
 
-    /// The speed of a move along a path; nothing where a bead's is none that is known.
-    fn speed(&self, rest: &[&str]) -> Option<Speed> {
+    /// The speed of a move along a path, or its time, which goes before; nothing where a bead's is none that is known.
+    fn speed(&self, rest: &[&str], time: &Said<'_>) -> Option<Speed> {
+        match *time {
+            Said::No | Said::Number(0.0) => {}
+            Said::Number(value) if value > 0.0 => {
+                return Some(Speed::Value {
+                    value,
+                    unit: SpeedUnit::Second,
+                });
+            }
+            Said::Number(_) | Said::Other(_) => return None,
+        }
         match said(rest, "v", 1) {
             Said::No => Some(Speed::path(scaled(USUAL_SPEED, 1000.0))),
             Said::Number(v) if v > 0.0 => Some(Speed::path(scaled(v, 1000.0))),
@@ -305,11 +312,15 @@ impl<'w> Reader<'w> {
     }
 
     /// How quickly the move that was read last gains its speed, where its arguments say it.
-    fn accelerates(&mut self, rest: &[&str]) {
-        let acceleration = match said(rest, "a", 0) {
-            Said::No => None,
-            Said::Number(a) => Some(Acceleration::metres(&a.to_string(), &format!("a={a}"))),
-            Said::Other(text) => Some(Acceleration::Words(format!("a={text}"))),
+    fn accelerates(&mut self, rest: &[&str], time: &Said<'_>) {
+        let acceleration = match (said(rest, "a", 0), time) {
+            // how it comes to its time is the controller's
+            (_, Said::Number(time)) if *time > 0.0 => {
+                Some(Acceleration::Words(format!("t={time}")))
+            }
+            (Said::No, _) => None,
+            (Said::Number(a), _) => Some(Acceleration::metres(&a.to_string(), &format!("a={a}"))),
+            (Said::Other(text), _) => Some(Acceleration::Words(format!("a={text}"))),
         };
         if let Some(motion) = self.out.last_move() {
             motion.acceleration = acceleration;

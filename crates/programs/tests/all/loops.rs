@@ -257,3 +257,30 @@ fn loops_of_a_script_come_to_what_they_count() {
     );
     assert!(told.iter().any(|t| t.starts_with("while")), "{told:?}");
 }
+
+/// A time goes before speed and acceleration; displaced targets may be displaced again.
+#[test]
+fn times_of_moves_and_targets_displaced_twice_are_read() {
+    let text = "def w():\n  movel(p[0.1,0,0,3.1,0,0], a=1.2, v=0.1, t=4)\n  movel(p[0.2,0,0,3.1,0,0], 1.2, 0.1, 5, 0.001)\n  movec(p[0.2,0.1,0,3.1,0,0], p[0.3,0,0,3.1,0,0], 1.2, 0.1, 0.002)\nend\n";
+    let all = ur_script::read(text.as_bytes(), None).unwrap();
+    let (found, told) = moves(&all[0]);
+    assert!(found[0].contains("value: 4.0, unit: Second"), "{found:?}");
+    assert!(
+        found[1].contains("value: 5.0, unit: Second") && found[1].contains("Blend(1.0)"),
+        "{found:?}"
+    );
+    assert!(
+        found[2].contains("value: 100.0") && found[2].contains("Blend(2.0)"),
+        "{found:?}"
+    );
+    assert_eq!(told, [""; 0]);
+    let twice = of_abb("MoveL RelTool(Offs(p1,10,0,5),0,0,-dz),v100,fine,tool0;");
+    assert_eq!(twice, of_abb("MoveL Offs(p1,10,0,7.2),v100,fine,tool0;"));
+    // however deep
+    let deep = format!(
+        "MoveL {}p1{},v100,fine,tool0;",
+        "Offs(".repeat(2000),
+        ",0,0,1)".repeat(2000)
+    );
+    assert!(of_abb(&deep).0[0].starts_with("unresolved"));
+}

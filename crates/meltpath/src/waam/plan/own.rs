@@ -56,7 +56,7 @@ pub(in crate::waam) fn own_plan(
     observer.stage("look for the plan of the program", 0);
     // what is to be told of the job was told when it was read
     let (silent, quiet) = (Reporter::new(), Quiet(observer));
-    let mut nearest: Option<Difference> = None;
+    let (mut nearest, mut unwritten): (Option<Difference>, Option<WaamError>) = (None, None);
     for (settings, words) in ways(loaded) {
         observer.check()?;
         let Ok(mut plan) = plan::plan(part, &settings, &silent, &quiet) else {
@@ -71,8 +71,12 @@ pub(in crate::waam) fn own_plan(
             Site::flat(&settings),
             (&silent, &quiet),
         );
-        let Ok((_, planned)) = read else {
-            continue;
+        let planned = match read {
+            Ok((_, planned)) => planned,
+            Err(why) => {
+                unwritten.get_or_insert(why);
+                continue;
+            }
         };
         let first = match begins(&plan, &planned, commands, settings.feed_factor()) {
             Begins::Whole => None,
@@ -99,6 +103,12 @@ pub(in crate::waam) fn own_plan(
     // one that has no bead of a plan is of other software
     if let Some(difference) = nearest.filter(|d| d.same > 0 || d.setting) {
         difference.tell(commands, reporter);
+    } else if let Some(why) = unwritten {
+        reporter.warn(
+            "plan-not-compared",
+            format!("the program lays as much as the job's plan, which cannot be written to compare them: {why}"),
+            "mend that where the program is the plan's own: it is judged as one of other software, not as the plan with what it chose",
+        );
     }
     Ok(None)
 }
