@@ -2,9 +2,12 @@
 //!
 //! A sweep over a whole layer carries all its lines at once, and its time grows with lines times ends. In a tile there are few.
 
-use rayon::prelude::*;
+mod bounds;
 
-use crate::boolean::{Curves, GRID_PER_MM, PlanarError, difference, intersection, union};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use self::bounds::{Bounds, in_order};
+use crate::boolean::{Curves, GRID_PER_MM, PlanarError, difference, union};
 use crate::math::DVec2;
 use crate::offset::{band_curves, stroke};
 use crate::raster::{Grid, rasterise};
@@ -50,13 +53,7 @@ pub fn bare(
     lines: &[Vec<DVec2>],
     band: Band,
 ) -> Result<Vec<Region>, PlanarError> {
-    let some = |regions: &[Region], _: &[Vec<DVec2>]| !regions.is_empty();
-    let pieces: Vec<Vec<Region>> = tiles(regions, lines, band, some)?
-        .into_par_iter()
-        .filter(|tile| !tile.is_wet(band))
-        .map(|tile| tile.bare(tile.metal(band)?))
-        .collect::<Result<_, _>>()?;
-    union(&pieces.concat())
+    Ground::new(regions.to_vec(), band)?.bare(lines)
 }
 
 /// What bands along `lines` leave bare of `regions`, which do not overlap, and how much of the bands lies outside them.
@@ -64,161 +61,125 @@ pub fn bare(
 /// # Errors
 /// [`PlanarError`] where a coordinate or a parameter is out of range.
 pub fn cover(regions: &[Region], lines: &[Vec<DVec2>], band: Band) -> Result<Cover, PlanarError> {
-    let some = |regions: &[Region], lines: &[Vec<DVec2>]| !(regions.is_empty() && lines.is_empty());
-    let pieces: Vec<(Vec<Region>, f64)> = tiles(regions, lines, band, some)?
-        .into_par_iter()
-        .filter_map(|tile| {
-            let wet = tile.is_wet(band);
-            (!(wet && tile.is_full())).then(|| tile.cover(band, wet))
-        })
-        .collect::<Result<_, _>>()?;
-    let beyond = pieces.iter().map(|p| p.1).sum();
-    let bare: Vec<Region> = pieces.into_iter().flat_map(|p| p.0).collect();
-    Ok(Cover {
-        bare: union(&bare)?,
-        beyond,
-    })
+    Ground::new(regions.to_vec(), band)?.cover(lines)
 }
 
-/// A rectangle, its corners on the grid of planar operations.
-#[derive(Debug, Clone, Copy)]
-struct Bounds {
-    low: DVec2,
-    high: DVec2,
-}
-
-impl Bounds {
-    fn grown(self, by: f64) -> Bounds {
-        Bounds {
-            low: self.low - by,
-            high: self.high + by,
-        }
-    }
-
-    fn region(self) -> Region {
-        Region::rectangle(self.low, self.high)
-    }
-
-    fn area(self) -> f64 {
-        let size = self.high - self.low;
-        size.x * size.y
-    }
-
-    /// The part of regions inside; a sweep cuts only those that cross its edge.
-    fn part_of(self, regions: &[Region]) -> Result<Vec<Region>, PlanarError> {
-        let mut inside = Vec::new();
-        let mut crossing = Vec::new();
-        for region in regions {
-            if region.holes.is_empty() && is_around(&region.outer, self) {
-                inside.push(self.region());
-                continue;
-            }
-            let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-            for &p in &region.outer {
-                (low, high) = (low.min(p), high.max(p));
-            }
-            if low.cmpge(self.low).all() && high.cmple(self.high).all() {
-                inside.push(region.clone());
-            } else if low.cmplt(self.high).all() && high.cmpgt(self.low).all() {
-                crossing.push(region.clone());
-            }
-        }
-        if !crossing.is_empty() {
-            inside.extend(intersection(&crossing, &[self.region()])?);
-        }
-        Ok(inside)
-    }
-
-    /// The part of a stretch inside, as shares of its way (Liang and Barsky).
-    fn clip(self, a: DVec2, b: DVec2) -> Option<(f64, f64)> {
-        let way = b - a;
-        let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for (p, q) in [
-            (-way.x, a.x - self.low.x),
-            (way.x, self.high.x - a.x),
-            (-way.y, a.y - self.low.y),
-            (way.y, self.high.y - a.y),
-        ] {
-            if p == 0.0 {
-                if q < 0.0 {
-                    return None;
-                }
-            } else if p < 0.0 {
-                from = from.max(q / p);
-            } else {
-                to = to.min(q / p);
-            }
-        }
-        (from <= to).then_some((from, to))
-    }
-
-    /// What lies inside of polylines, each cut where it leaves.
-    fn clipped(self, lines: &[Vec<DVec2>]) -> Vec<Vec<DVec2>> {
-        let mut inside = Vec::new();
-        for line in lines {
-            if let [dot] = line[..] {
-                inside.extend(self.clip(dot, dot).map(|_| vec![dot]));
-                continue;
-            }
-            let mut piece: Vec<DVec2> = Vec::new();
-            for side in line.windows(2) {
-                let Some((from, to)) = self.clip(side[0], side[1]) else {
-                    inside.extend((!piece.is_empty()).then(|| std::mem::take(&mut piece)));
-                    continue;
-                };
-                if piece.is_empty() || from > 0.0 {
-                    inside.extend((!piece.is_empty()).then(|| std::mem::take(&mut piece)));
-                    piece.push(side[0].lerp(side[1], from));
-                }
-                piece.push(if to < 1.0 {
-                    side[0].lerp(side[1], to)
-                } else {
-                    side[1]
-                });
-                if to < 1.0 {
-                    inside.push(std::mem::take(&mut piece));
-                }
-            }
-            inside.extend((!piece.is_empty()).then_some(piece));
-        }
-        inside
-    }
-}
-
-/// A tile that may be bare somewhere, or into which bands reach from outside the regions.
-struct Tile {
-    bounds: Bounds,
+/// Regions in tiles, for bands along the lines of many layers. A tile in which lines lie as they lay before is not looked at again: what it
+/// tells hangs on where its lines lie alone, neither on the order they come in nor on where they start or which way they run.
+pub struct Ground {
     regions: Vec<Region>,
-    lines: Vec<Vec<DVec2>>,
+    band: Band,
+    /// The box round the regions.
+    around: (DVec2, DVec2),
+    /// All tiles round the regions; none where there are no regions.
+    tiles: Option<Tiles>,
 }
 
-impl Tile {
+impl Ground {
+    /// Of regions that do not overlap.
+    ///
+    /// # Errors
+    /// [`PlanarError`] where a parameter is out of range.
+    pub fn new(regions: Vec<Region>, band: Band) -> Result<Self, PlanarError> {
+        // the parameters are checked where there is nothing to cover, too
+        stroke(&[], band.reach, band.arc_tolerance)?;
+        let around = box_round(regions.iter().flat_map(|r| &r.outer));
+        let (low, high) = around;
+        let tiles = (low.is_finite() && high.is_finite())
+            .then(|| Tiles::new(around, regions.clone(), band));
+        Ok(Ground {
+            regions,
+            band,
+            around,
+            tiles,
+        })
+    }
+
+    /// What bands along `lines` leave bare.
+    ///
+    /// # Errors
+    /// [`PlanarError`] where a coordinate is out of range.
+    pub fn bare(&self, lines: &[Vec<DVec2>]) -> Result<Vec<Region>, PlanarError> {
+        let Some(tiles) = &self.tiles else {
+            return self.refused(lines).map(|()| Vec::new());
+        };
+        Ok(tiles.tell(lines, Question::Bare)?.bare)
+    }
+
+    /// What bands along `lines` leave bare, and how much of them lies outside the regions.
+    ///
+    /// # Errors
+    /// [`PlanarError`] where a coordinate is out of range.
+    pub fn cover(&self, lines: &[Vec<DVec2>]) -> Result<Cover, PlanarError> {
+        let (low, high) = box_round(
+            self.regions
+                .iter()
+                .flat_map(|r| &r.outer)
+                .chain(lines.iter().flatten()),
+        );
+        if !(low.is_finite() && high.is_finite()) {
+            return self.refused(lines).map(|()| Cover::default());
+        }
+        match &self.tiles {
+            Some(tiles) if self.around == (low, high) => tiles.tell(lines, Question::Cover),
+            _ => {
+                let wider = Tiles::new((low, high), self.regions.clone(), self.band);
+                wider.tell(lines, Question::Cover)
+            }
+        }
+    }
+
+    /// Names the vertex that is not a number, if there is one.
+    fn refused(&self, lines: &[Vec<DVec2>]) -> Result<(), PlanarError> {
+        let metal = stroke(lines, self.band.reach, self.band.arc_tolerance)?;
+        difference(&self.regions, &metal).map(|_| ())
+    }
+}
+
+/// What is asked of tiles.
+#[derive(Clone, Copy, PartialEq)]
+enum Question {
+    Bare,
+    Cover,
+}
+
+/// A tile with the lines that lie there.
+struct Tile<'a> {
+    bounds: Bounds,
+    regions: &'a [Region],
+    lines: &'a [Vec<DVec2>],
+}
+
+impl Tile<'_> {
     /// Curves whose windings are above 0 where there is metal.
     fn metal(&self, band: Band) -> Result<Curves, PlanarError> {
-        band_curves(&self.lines, band.reach, band.arc_tolerance)
+        band_curves(self.lines, band.reach, band.arc_tolerance)
     }
 
-    /// What is bare here.
-    fn bare(&self, metal: Curves) -> Result<Vec<Region>, PlanarError> {
-        metal.taken_from(&self.regions)
-    }
-
-    /// What is bare here, and the area of the bands beyond the regions.
-    fn cover(&self, band: Band, is_wet: bool) -> Result<(Vec<Region>, f64), PlanarError> {
+    /// What bands leave bare here; where that is asked for, their area beyond the regions, too.
+    fn cover(&self, band: Band, question: Question) -> Result<Cover, PlanarError> {
+        let is_wet = self.is_wet(band);
+        if is_wet && (question == Question::Bare || self.is_full()) {
+            return Ok(Cover::default());
+        }
         let metal = self.metal(band)?;
-        let all = area(&metal.common_with(&[self.bounds.region()])?);
+        let all = match question {
+            Question::Bare => 0.0,
+            Question::Cover => area(&metal.common_with(&[self.bounds.region()])?),
+        };
         let bare = if is_wet {
             Vec::new()
         } else {
-            self.bare(metal)?
+            metal.taken_from(self.regions)?
         };
-        let on_regions = area(&self.regions) - area(&bare);
-        Ok((bare, (all - on_regions).max(0.0)))
+        let on_regions = area(self.regions) - area(&bare);
+        let beyond = (all - on_regions).max(0.0);
+        Ok(Cover { bare, beyond })
     }
 
     /// Whether the regions fill the tile.
     fn is_full(&self) -> bool {
-        let [only] = &self.regions[..] else {
+        let [only] = self.regions else {
             return false;
         };
         only.holes.is_empty() && only.outer.len() == 4 && only.area() >= self.bounds.area()
@@ -238,7 +199,7 @@ impl Tile {
         // from a cell's centre to its corner
         let corner = cell * std::f64::consts::FRAC_1_SQRT_2;
         let mut wet = vec![false; grid.nx * grid.ny];
-        for line in &self.lines {
+        for line in self.lines {
             let within = band.reach - band.arc_tolerance - corner;
             match line[..] {
                 [dot] => stamp(&mut wet, &grid, dot, dot, within),
@@ -251,7 +212,7 @@ impl Tile {
             return true;
         }
         // cells that a region has a part of: their centres lie inside, or its boundary comes as near as their corners
-        let inside = rasterise(&self.regions, &grid);
+        let inside = rasterise(self.regions, &grid);
         if inside.cells().any(|(ix, iy)| !wet[iy * grid.nx + ix]) {
             return false;
         }
@@ -273,113 +234,157 @@ fn stamp(cells: &mut [bool], grid: &Grid, a: DVec2, b: DVec2, within: f64) {
     }
 }
 
-/// The tiles over regions and bands that count by what of them lies there, and are not whole under bands.
-fn tiles(
-    regions: &[Region],
-    lines: &[Vec<DVec2>],
-    band: Band,
-    counts: impl Fn(&[Region], &[Vec<DVec2>]) -> bool + Copy + Sync,
-) -> Result<Vec<Tile>, PlanarError> {
-    // its parameters and lines are checked where it is empty, too
-    stroke(&[], band.reach, band.arc_tolerance)?;
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for &p in regions
-        .iter()
-        .flat_map(|r| &r.outer)
-        .chain(lines.iter().flatten())
-    {
-        (low, high) = (low.min(p), high.max(p));
-    }
-    if !(low.is_finite() && high.is_finite()) {
-        // names the vertex that is not a number
-        let metal = stroke(lines, band.reach, band.arc_tolerance)?;
-        return difference(regions, &metal).map(|_| Vec::new());
-    }
-    let side = (TILE * band.reach * GRID_PER_MM).ceil() / GRID_PER_MM;
-    let corner = ((low - band.reach) * GRID_PER_MM).floor() / GRID_PER_MM;
-    let count = ((high + band.reach - corner) / side).ceil().max(DVec2::ONE);
-    let all = Tiles {
-        corner,
-        side,
-        band,
-        counts,
-    };
-    all.over([0, 0], [count.x as u64, count.y as u64], regions, lines)
+/// The box round points: its low and its high corner.
+fn box_round<'a>(points: impl Iterator<Item = &'a DVec2>) -> (DVec2, DVec2) {
+    points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| {
+        (low.min(p), high.max(p))
+    })
 }
 
-#[derive(Clone, Copy)]
-struct Tiles<C> {
+/// Tiles over a box and what bands reach beyond it.
+struct Tiles {
     corner: DVec2,
     side: f64,
     band: Band,
-    counts: C,
+    root: Node,
 }
 
-impl<C: Fn(&[Region], &[Vec<DVec2>]) -> bool + Copy + Sync> Tiles<C> {
-    fn bounds(self, from: [u64; 2], to: [u64; 2]) -> Bounds {
-        let at = |i: [u64; 2]| self.corner + DVec2::new(i[0] as f64, i[1] as f64) * self.side;
-        Bounds {
-            low: at(from),
-            high: at(to),
+/// The tiles from one corner to another, halved as far as they are asked.
+struct Node {
+    from: [u64; 2],
+    to: [u64; 2],
+    bounds: Bounds,
+    regions: Vec<Region>,
+    halves: OnceLock<Result<[Box<Node>; 2], PlanarError>>,
+    /// What a single tile told, with the lines it told that of.
+    known: Mutex<Vec<Known>>,
+}
+
+type Known = (Vec<Vec<DVec2>>, Question, Arc<Cover>);
+
+/// Most sets of lines that a tile knows of: more come where lines are turned from layer to layer, and seldom again.
+const MOST_KNOWN: usize = 16;
+
+impl Tiles {
+    fn new((low, high): (DVec2, DVec2), regions: Vec<Region>, band: Band) -> Self {
+        let side = (TILE * band.reach * GRID_PER_MM).ceil() / GRID_PER_MM;
+        let corner = ((low - band.reach) * GRID_PER_MM).floor() / GRID_PER_MM;
+        let count = ((high + band.reach - corner) / side).ceil().max(DVec2::ONE);
+        let to = [count.x as u64, count.y as u64];
+        let root = Node {
+            from: [0, 0],
+            to,
+            bounds: bounds(corner, side, [0, 0], to),
+            regions,
+            halves: OnceLock::new(),
+            known: Mutex::default(),
+        };
+        Tiles {
+            corner,
+            side,
+            band,
+            root,
         }
     }
 
-    /// The tiles from one corner to the other, halved until they are single.
-    fn over(
-        self,
-        from: [u64; 2],
-        to: [u64; 2],
-        regions: &[Region],
+    /// What all tiles tell of lines.
+    fn tell(&self, lines: &[Vec<DVec2>], question: Question) -> Result<Cover, PlanarError> {
+        let told = self.ask(&self.root, lines, question)?;
+        let pieces: Vec<Region> = told.iter().flat_map(|t| &t.bare).cloned().collect();
+        Ok(Cover {
+            bare: union(&pieces)?,
+            beyond: told.iter().map(|t| t.beyond).sum(),
+        })
+    }
+
+    /// What the single tiles of a node tell of lines, in order.
+    fn ask(
+        &self,
+        node: &Node,
         lines: &[Vec<DVec2>],
-    ) -> Result<Vec<Tile>, PlanarError> {
-        let bounds = self.bounds(from, to);
+        question: Question,
+    ) -> Result<Vec<Arc<Cover>>, PlanarError> {
         // ends of what is cut off lie a reach away from the tile
-        let lines = bounds.grown(2.0 * self.band.reach).clipped(lines);
-        let regions = bounds.part_of(regions)?;
-        if !(self.counts)(&regions, &lines) {
+        let lines = node.bounds.grown(2.0 * self.band.reach).clipped(lines);
+        if node.regions.is_empty() && (lines.is_empty() || question == Question::Bare) {
             return Ok(Vec::new());
         }
-        let many = [to[0] - from[0], to[1] - from[1]];
-        if many == [1, 1] {
-            let tile = Tile {
-                bounds,
-                regions,
-                lines,
-            };
-            return Ok(vec![tile]);
+        if node.to == [node.from[0] + 1, node.from[1] + 1] {
+            return Ok(vec![node.told(in_order(lines), self.band, question)?]);
         }
+        let halves = node.halves.get_or_init(|| self.halved(node));
+        let [one, other] = halves.as_ref().map_err(|&error| error)?;
+        let (first, second) = rayon::join(
+            || self.ask(one, &lines, question),
+            || self.ask(other, &lines, question),
+        );
+        let (mut told, more) = (first?, second?);
+        told.extend(more);
+        Ok(told)
+    }
+
+    fn halved(&self, node: &Node) -> Result<[Box<Node>; 2], PlanarError> {
+        let (from, to) = (node.from, node.to);
+        let many = [to[0] - from[0], to[1] - from[1]];
         let axis = usize::from(many[1] > many[0]);
         let (mut end, mut start) = (to, from);
         end[axis] = from[axis] + many[axis] / 2;
         start[axis] = end[axis];
-        let (first, second) = rayon::join(
-            || self.over(from, end, &regions, &lines),
-            || self.over(start, to, &regions, &lines),
-        );
-        let (mut tiles, more) = (first?, second?);
-        tiles.extend(more);
-        Ok(tiles)
+        let half = |from, to| {
+            let bounds = bounds(self.corner, self.side, from, to);
+            Ok(Box::new(Node {
+                from,
+                to,
+                bounds,
+                regions: bounds.part_of(&node.regions)?,
+                halves: OnceLock::new(),
+                known: Mutex::default(),
+            }))
+        };
+        Ok([half(from, end)?, half(start, to)?])
+    }
+}
+
+fn bounds(corner: DVec2, side: f64, from: [u64; 2], to: [u64; 2]) -> Bounds {
+    let at = |i: [u64; 2]| corner + DVec2::new(i[0] as f64, i[1] as f64) * side;
+    Bounds {
+        low: at(from),
+        high: at(to),
+    }
+}
+
+impl Node {
+    /// What the tile tells of lines in order.
+    fn told(
+        &self,
+        lines: Vec<Vec<DVec2>>,
+        band: Band,
+        question: Question,
+    ) -> Result<Arc<Cover>, PlanarError> {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = known()
+            .iter()
+            .find(|(of, asked, _)| *asked == question && *of == lines)
+            .map(|(_, _, told)| told.clone());
+        if let Some(told) = before {
+            return Ok(told);
+        }
+        let tile = Tile {
+            bounds: self.bounds,
+            regions: &self.regions,
+            lines: &lines,
+        };
+        let told = Arc::new(tile.cover(band, question)?);
+        let mut known = known();
+        if known.len() < MOST_KNOWN {
+            known.push((lines, question, told.clone()));
+        }
+        Ok(told)
     }
 }
 
 fn area(regions: &[Region]) -> f64 {
     regions.iter().map(Region::area).sum()
-}
-
-/// Whether a ring is a rectangle along the axes round `bounds`.
-fn is_around(ring: &[DVec2], bounds: Bounds) -> bool {
-    ring.len() == 4
-        && ring.iter().all(|p| {
-            (p.x <= bounds.low.x || p.x >= bounds.high.x)
-                && (p.y <= bounds.low.y || p.y >= bounds.high.y)
-        })
-        && (0..4).all(|i| ring[i].x == ring[(i + 1) % 4].x || ring[i].y == ring[(i + 1) % 4].y)
-        && ring
-            .iter()
-            .any(|p| p.x <= bounds.low.x && p.y <= bounds.low.y)
-        && ring
-            .iter()
-            .any(|p| p.x >= bounds.high.x && p.y >= bounds.high.y)
 }
 
 #[cfg(test)]
@@ -419,5 +424,37 @@ mod tests {
             let beyond = area(&difference(&metal, &regions).unwrap());
             prop_assert!((told.beyond - beyond).abs() < ends);
         }
+    }
+
+    /// What a tile told of lines it tells of them again, in whatever order, from wherever and whichever way they run; of others it does not.
+    #[test]
+    fn a_ground_tells_the_same_of_the_same_lines() {
+        let band = Band {
+            reach: 2.4,
+            arc_tolerance: 0.01,
+        };
+        let contour: Vec<DVec2> = (0..=40)
+            .map(|i| DVec2::from_angle(std::f64::consts::TAU * f64::from(i % 40) / 40.0) * 25.0)
+            .collect();
+        let line = |y: f64| vec![DVec2::new(-24.0, y), DVec2::new(24.0, y + 1.0)];
+        let lines = vec![contour.clone(), line(-7.0), line(9.0)];
+        let mut turned = contour[..40].to_vec();
+        turned.rotate_left(13);
+        turned.push(turned[0]);
+        turned.reverse();
+        let mut again = vec![line(9.0), turned, line(-7.0)];
+        again[2].reverse();
+        let regions = [ring(30.0, 4.0, 60)];
+        let ground = Ground::new(regions.to_vec(), band).unwrap();
+        let first = ground.cover(&lines).unwrap();
+        assert_eq!(ground.cover(&again).unwrap(), first);
+        assert_eq!(cover(&regions, &again, band).unwrap(), first);
+        assert_eq!(
+            ground.bare(&again).unwrap(),
+            bare(&regions, &lines, band).unwrap()
+        );
+        let fewer = ground.cover(&again[..2]).unwrap();
+        assert_eq!(fewer, cover(&regions, &again[..2], band).unwrap());
+        assert!(area(&fewer.bare) > area(&first.bare) + 100.0);
     }
 }

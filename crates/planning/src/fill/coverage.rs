@@ -1,7 +1,7 @@
 //! What the beads of a layer cover of each region, and where they do not.
 
 use meltpath_geometry::boolean::PlanarError;
-use meltpath_geometry::cover::{Cover, cover};
+use meltpath_geometry::cover::{Cover, Ground};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::{Plane, Region};
 use serde::{Deserialize, Serialize};
@@ -41,19 +41,18 @@ fn area(regions: &[Region]) -> f64 {
     regions.iter().map(Region::area).sum()
 }
 
-/// Coverage of `region` by the polylines `beads`.
+/// Coverage of `region`, whose ground is that of the settings' metal, by the polylines `beads`.
 pub(crate) fn coverage(
     index: u32,
     region: &Region,
+    ground: &Ground,
     beads: &[Vec<DVec2>],
-    plane: &Plane,
-    settings: &FillSettings,
+    (plane, settings): (&Plane, &FillSettings),
 ) -> Result<Coverage, PlanarError> {
-    let whole = std::slice::from_ref(region);
     let Cover {
         bare: lack,
         beyond: outside_area,
-    } = cover(whole, beads, settings.metal())?;
+    } = ground.cover(beads)?;
     let total = region.area();
     // corners fall on the grid of the booleans: no more is bare than there is
     let lack_area = area(&lack).min(total);

@@ -7,27 +7,18 @@ use meltpath_geometry::Region;
 
 use crate::fill::lines::{Rim, cells, spans};
 use crate::fill::outline::{edges, turned};
-use crate::fill::settings::{FillSettings, LineAngle};
+use crate::fill::settings::FillSettings;
 
 /// A new cell costs an arc start or a link: as much as this many lines.
 const CELL_IN_LINES: f64 = 4.0;
 
-/// The angle of the lines on a layer, rad, for the possible centres of beads.
-pub(crate) fn angle(
-    wanted: LineAngle,
-    centres: &[Region],
-    layer: u32,
-    settings: &FillSettings,
-) -> f64 {
-    match wanted {
-        LineAngle::Turning { first, step } => {
-            (first + step * f64::from(layer.saturating_sub(1))).rem_euclid(PI)
-        }
-        LineAngle::Best => best(centres, settings),
-    }
+/// The angle of lines that turn from layer to layer, rad.
+pub(crate) fn turning(first: f64, step: f64, layer: u32) -> f64 {
+    (first + step * f64::from(layer.saturating_sub(1))).rem_euclid(PI)
 }
 
-fn best(centres: &[Region], settings: &FillSettings) -> f64 {
+/// The angle of the lines, rad, that suits the possible centres of beads best.
+pub(crate) fn best(centres: &[Region], settings: &FillSettings) -> f64 {
     // directions of edges, by their length, in steps of 3°; each with the exact angle of its longest edge
     let mut lengths = BTreeMap::<u32, (f64, f64, f64)>::new();
     for (a, b) in centres.iter().flat_map(Region::rings).flat_map(edges) {

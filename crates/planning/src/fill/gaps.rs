@@ -3,9 +3,12 @@
 //! its own centre line, which goes on from the end of a bead nearby where there is one; what is too short for an arc start
 //! becomes a way there and back of the bead beside it.
 
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
 use meltpath_geometry::Region;
 use meltpath_geometry::boolean::PlanarError;
-use meltpath_geometry::cover::{Band, bare};
+use meltpath_geometry::cover::{Band, Ground, bare};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::medial_axis;
 use meltpath_geometry::offset::{Join, inset, outset};
@@ -26,52 +29,102 @@ const SHORTEST_TAIL: f64 = 0.4;
 const LEAST_DETOUR: f64 = 0.7;
 /// Gaps wider than a bead takes need another one beside the first.
 const ROUNDS: usize = 3;
+/// Most places of a piece that are known: more come where lines are turned from layer to layer, and seldom again.
+const MOST_KNOWN: usize = 20_000;
 
-/// Fills the gaps that `beads` leave in `region`.
+/// The beads that fill gaps, by the place: its rings, as the bits of their coordinates.
+type Middles = Mutex<HashMap<Vec<u64>, Option<Middle>>>;
+
+/// Where beads leave gaps in a region; what layers of the same region share.
+pub(crate) struct Places {
+    /// Where bead axes may lie.
+    links: Room,
+    /// Half the width of the narrowest gap, mm.
+    radius: f64,
+    /// What metal touches of a disc of that radius.
+    touched: Band,
+    /// Where such a disc has its centre, before there are beads.
+    centres: Ground,
+    /// What is known of places.
+    middles: Middles,
+}
+
+impl Places {
+    /// Those of `region`.
+    pub(crate) fn new(region: &Region, settings: &FillSettings) -> Result<Self, PlanarError> {
+        let whole = std::slice::from_ref(region);
+        let (width, stepover, join) = (settings.width, settings.stepover, settings.join());
+        // a free edge is fed by the bead half a width inside it
+        let fed_to = inset(whole, 0.5 * (width - stepover), join)?;
+        let links = Room::new(&inset(whole, 0.48 * width, join)?);
+        let radius = 0.5
+            * match settings.spacing {
+                Spacing::Fill => NARROWEST * stepover,
+                // distances stay as written, but no place stays dry in which a bead has room
+                Spacing::Exact => width,
+            };
+        // where a disc has its centre when it touches no metal: no slivers between beads that touch are ever cut out
+        let touched = Band {
+            reach: 0.5 * stepover + radius,
+            arc_tolerance: 1e-2 * width,
+        };
+        Ok(Places {
+            links,
+            radius,
+            touched,
+            centres: Ground::new(inset(&fed_to, radius, join)?, touched)?,
+            middles: Mutex::default(),
+        })
+    }
+
+    /// The bead that fills a gap, if its metal has room there.
+    fn middle(&self, place: &Region, settings: &FillSettings) -> Option<Middle> {
+        let mut bits = Vec::new();
+        for ring in place.rings() {
+            bits.push(ring.len() as u64);
+            bits.extend(ring.iter().flat_map(DVec2::to_array).map(f64::to_bits));
+        }
+        let known = || self.middles.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(middle) = known().get(&bits) {
+            return middle.clone();
+        }
+        let found = middle(place, &self.links, settings);
+        let mut known = known();
+        if known.len() < MOST_KNOWN {
+            known.insert(bits, found.clone());
+        }
+        found
+    }
+}
+
+/// Fills the gaps that `beads` leave.
 pub(crate) fn close(
-    region: &Region,
+    gaps: &Places,
     beads: &mut Vec<Bead>,
     settings: &FillSettings,
 ) -> Result<(), PlanarError> {
     if beads.is_empty() {
         return Ok(());
     }
-    let whole = std::slice::from_ref(region);
-    let (width, stepover, join) = (settings.width, settings.stepover, settings.join());
-    // a free edge is fed by the bead half a width inside it
-    let fed_to = inset(whole, 0.5 * (width - stepover), join)?;
-    let links = Room::new(&inset(whole, 0.48 * width, join)?);
-    let radius = 0.5
-        * match settings.spacing {
-            Spacing::Fill => NARROWEST * stepover,
-            // distances stay as written, but no place stays dry in which a bead has room
-            Spacing::Exact => width,
-        };
-    // where a disc has its centre when it touches no metal: no slivers between beads that touch are ever cut out
-    let touched = Band {
-        reach: 0.5 * stepover + radius,
-        arc_tolerance: 1e-2 * width,
-    };
-    let mut centres = inset(&fed_to, radius, join)?;
+    let (links, radius) = (&gaps.links, gaps.radius);
+    let mut centres = gaps.centres.bare(&points_of(beads))?;
     // discs of few chords: the middle of a place hangs little on them, and a diagram of many costs much
     let coarse = Join::Round {
         arc_tolerance: 0.05 * radius,
     };
-    let mut new: Vec<Vec<DVec2>> = beads.iter().map(|b| b.points.clone()).collect();
-    for _ in 0..ROUNDS {
-        centres = bare(&centres, &new, touched)?;
+    for round in 1..=ROUNDS {
         let places = outset(&centres, radius, coarse)?;
         let mut found: Vec<Middle> = places
             .iter()
             .filter(|place| place.area() >= least_area(settings))
-            .filter_map(|place| middle(place, &links, settings))
+            .filter_map(|place| gaps.middle(place, settings))
             .collect();
         let before: Vec<usize> = beads.iter().map(|b| b.points.len()).collect();
         // the longest first: it has the best claim to a bead's open end
         found.sort_by(|a, b| length(&b.line).total_cmp(&length(&a.line)));
         let mut alone = Vec::new();
         for Middle { line, area } in found {
-            let line = prolong(line, beads, &links, settings);
+            let line = prolong(line, beads, links, settings);
             alone.extend(line.map(|line| Middle { line, area }));
         }
         let short: Vec<_> = alone
@@ -80,23 +133,52 @@ pub(crate) fn close(
         lay_in_order(alone.into_iter().map(|m| m.line).collect(), beads, settings);
         let mut boxes = Boxes::new(beads);
         for gap in short {
-            if let Some(bead) = detour(&gap, beads, &boxes, &links, settings) {
+            if let Some(bead) = detour(&gap, beads, &boxes, links, settings) {
                 boxes.see(bead, &beads[bead]);
             }
         }
         let grown = beads.iter().zip(before.iter().chain(std::iter::repeat(&0)));
-        new = grown
+        let new: Vec<Vec<DVec2>> = grown
             .filter(|(bead, before)| bead.points.len() != **before)
             .map(|(bead, _)| bead.points.clone())
             .collect();
-        if new.is_empty() {
+        if new.is_empty() || round == ROUNDS {
             break;
         }
+        centres = left(centres, &new, gaps.touched)?;
     }
     Ok(())
 }
 
+/// The lines of beads.
+fn points_of(beads: &[Bead]) -> Vec<Vec<DVec2>> {
+    beads.iter().map(|b| b.points.clone()).collect()
+}
+
+/// What new lines leave of the places for centres: those that none comes near stay as they are.
+fn left(
+    centres: Vec<Region>,
+    new: &[Vec<DVec2>],
+    touched: Band,
+) -> Result<Vec<Region>, PlanarError> {
+    let boxes: Vec<[DVec2; 2]> = new.iter().flat_map(|line| boxes_round(line)).collect();
+    let (mut near, mut left): (Vec<Region>, Vec<Region>) =
+        centres.into_iter().partition(|centre| {
+            let [low, high] = box_round(&centre.outer);
+            let (low, high) = (low - touched.reach, high + touched.reach);
+            boxes
+                .iter()
+                .any(|b| low.cmple(b[1]).all() && b[0].cmple(high).all())
+        });
+    if !near.is_empty() {
+        near = bare(&near, new, touched)?;
+    }
+    left.append(&mut near);
+    Ok(left)
+}
+
 /// The bead that would fill a gap.
+#[derive(Clone)]
 struct Middle {
     line: Vec<DVec2>,
     /// Area of the gap, mm².
@@ -158,31 +240,32 @@ fn middle_of(line: &[DVec2]) -> Vec<DVec2> {
 /// Stretches of a bead that one box of [`Boxes`] holds.
 const BOXED: usize = 32;
 
+/// The low and the high corner of the box round points.
+fn box_round(points: &[DVec2]) -> [DVec2; 2] {
+    let none = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    let points = points.iter();
+    points.fold(none, |[low, high], &p| [low.min(p), high.max(p)])
+}
+
+/// Boxes round a line, one for [`BOXED`] stretches.
+fn boxes_round(line: &[DVec2]) -> Vec<[DVec2; 2]> {
+    let starts = (0..line.len().saturating_sub(1)).step_by(BOXED);
+    starts
+        .map(|k| box_round(&line[k..(k + BOXED + 1).min(line.len())]))
+        .collect()
+}
+
 /// Boxes round the beads, some stretches each: most lie too far from a place to be looked into.
 struct Boxes(Vec<Vec<[DVec2; 2]>>);
 
 impl Boxes {
     fn new(beads: &[Bead]) -> Self {
-        Boxes(beads.iter().map(Self::round).collect())
-    }
-
-    fn round(bead: &Bead) -> Vec<[DVec2; 2]> {
-        let starts = (0..bead.points.len().saturating_sub(1)).step_by(BOXED);
-        let points = starts.map(|k| &bead.points[k..(k + BOXED + 1).min(bead.points.len())]);
-        points
-            .map(|points| {
-                points
-                    .iter()
-                    .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], &p| {
-                        [low.min(p), high.max(p)]
-                    })
-            })
-            .collect()
+        Boxes(beads.iter().map(|b| boxes_round(&b.points)).collect())
     }
 
     /// Takes a bead as it has become.
     fn see(&mut self, index: usize, bead: &Bead) {
-        self.0[index] = Self::round(bead);
+        self.0[index] = boxes_round(&bead.points);
     }
 
     /// Where the beads come nearest to a place: bead, stretch, point of it; of equal ones the first.

@@ -1,7 +1,5 @@
 //! Which beads lie beside each bead, on which side, from where to where.
 
-use std::collections::HashMap;
-
 use meltpath_geometry::Plane;
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::{Layer, Neighbour, Side};
@@ -12,6 +10,8 @@ use crate::fill::outline::nearest_share;
 const REACH_IN_WIDTHS: f64 = 1.2;
 /// Samples per bead width along a bead.
 const SAMPLES_PER_WIDTH: f64 = 4.0;
+/// Samples that look for beads beside them together, as far as these lie on one straight stretch.
+const TOGETHER: usize = 8;
 /// Way along the bead, in distances across, that separates a neighbouring stretch of the same bead from its own next.
 const OWN_WAY: f64 = 1.3;
 
@@ -27,88 +27,105 @@ struct Segment {
 struct Index {
     cell: f64,
     segments: Vec<Segment>,
-    cells: HashMap<(i64, i64), Vec<u32>>,
+    /// Cells with the segments that touch them, in order.
+    cells: Vec<([i64; 2], u32)>,
 }
 
 impl Index {
-    fn key(&self, p: DVec2) -> (i64, i64) {
-        let k = (p / self.cell).floor();
-        (k.x as i64, k.y as i64)
+    fn key(&self, p: DVec2) -> [i64; 2] {
+        (p / self.cell).floor().to_array().map(|k| k as i64)
     }
 
     fn new(cell: f64, segments: Vec<Segment>) -> Self {
         let mut index = Index {
             cell,
             segments,
-            cells: HashMap::new(),
+            cells: Vec::new(),
         };
         for i in 0..index.segments.len() {
             let (a, b) = (index.segments[i].a, index.segments[i].b);
             // every cell of each piece no longer than a cell
             let n = (a.distance(b) / cell).ceil().max(1.0) as usize;
-            let mut keys = Vec::new();
             for k in 0..n {
                 let (p, q) = (
                     a.lerp(b, k as f64 / n as f64),
                     a.lerp(b, (k + 1) as f64 / n as f64),
                 );
                 let (low, high) = (index.key(p.min(q)), index.key(p.max(q)));
-                keys.extend((low.0..=high.0).flat_map(|x| (low.1..=high.1).map(move |y| (x, y))));
-            }
-            keys.sort_unstable();
-            keys.dedup();
-            for key in keys {
-                index.cells.entry(key).or_default().push(i as u32);
+                for x in low[0]..=high[0] {
+                    index
+                        .cells
+                        .extend((low[1]..=high[1]).map(|y| ([x, y], i as u32)));
+                }
             }
         }
+        index.cells.sort_unstable();
+        index.cells.dedup();
         index
     }
 
-    /// Indices of the segments in the cells round `p`, in order.
-    fn near(&self, p: DVec2, found: &mut Vec<u32>) {
+    /// Indices of the segments in the cells within a cell of the box from `low` to `high`, in order.
+    fn near(&self, low: DVec2, high: DVec2, found: &mut Vec<u32>) {
         found.clear();
-        let (x, y) = self.key(p);
-        for key in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (x + i, y + j))) {
-            found.extend(self.cells.get(&key).into_iter().flatten());
+        let (low, high) = (self.key(low - self.cell), self.key(high + self.cell));
+        for x in low[0]..=high[0] {
+            let first = self.cells.partition_point(|(key, _)| *key < [x, low[1]]);
+            let column = self.cells[first..].iter();
+            let column = column.take_while(|(key, _)| *key <= [x, high[1]]);
+            found.extend(column.map(|&(_, segment)| segment));
         }
         found.sort_unstable();
         found.dedup();
     }
+
+    /// Of the segments near a straight way from `a` to `b`, those that run along it.
+    fn along(&self, a: DVec2, b: DVec2, way: DVec2, found: &mut Vec<u32>) {
+        self.near(a.min(b), a.max(b), found);
+        found.retain(|&i| {
+            let other = &self.segments[i as usize];
+            let e = other.b - other.a;
+            way.dot(e).abs() >= 0.7 * e.length()
+        });
+    }
+}
+
+/// A pass as a polyline in the layer's coordinates, mm, and the arc length at its points, mm.
+type Line = (Vec<DVec2>, Vec<f64>);
+
+fn flattened(path: &Layer, plane: &Plane, tolerance: f64) -> Vec<Line> {
+    let local = |points: Vec<_>| -> Vec<DVec2> {
+        let points = points.iter();
+        points.map(|&p| plane.to_local(p).truncate()).collect()
+    };
+    path.passes()
+        .map(|pass| {
+            let (points, along) = pass.flatten(tolerance);
+            (local(points), along)
+        })
+        .collect()
+}
+
+/// The straight stretches of lines, those without length left out.
+fn segments(lines: &[Line]) -> Vec<Segment> {
+    let all = lines.iter().enumerate();
+    all.flat_map(|(pass, (points, along))| {
+        let stretches = points.windows(2).zip(along);
+        stretches.map(move |(s, &along)| Segment {
+            pass,
+            a: s[0],
+            b: s[1],
+            along,
+        })
+    })
+    .filter(|s| s.a != s.b)
+    .collect()
 }
 
 /// Fills in the neighbours of all passes of a layer.
 pub(crate) fn find(path: &mut Layer, plane: &Plane, width: f64, tolerance: f64) {
     let reach = REACH_IN_WIDTHS * width;
-    let lines: Vec<(Vec<DVec2>, Vec<f64>)> = path
-        .passes()
-        .map(|pass| {
-            let (points, along) = pass.flatten(tolerance);
-            (
-                points
-                    .iter()
-                    .map(|&p| plane.to_local(p).truncate())
-                    .collect(),
-                along,
-            )
-        })
-        .collect();
-    let segments = lines
-        .iter()
-        .enumerate()
-        .flat_map(|(pass, (points, along))| {
-            points
-                .windows(2)
-                .zip(along)
-                .map(move |(s, &along)| Segment {
-                    pass,
-                    a: s[0],
-                    b: s[1],
-                    along,
-                })
-        })
-        .filter(|s| s.a != s.b)
-        .collect();
-    let index = Index::new(reach, segments);
+    let lines = flattened(path, plane, tolerance);
+    let index = Index::new(reach, segments(&lines));
     let mut found = Vec::new();
     let ids: Vec<_> = path.passes().map(|p| p.head.id).collect();
     let mut all = Vec::new();
@@ -119,6 +136,7 @@ pub(crate) fn find(path: &mut Layer, plane: &Plane, width: f64, tolerance: f64) 
         let mut runs: [Option<Run>; 2] = [None, None];
         let mut mine = Vec::new();
         let mut at = 0;
+        let mut looked_at = (usize::MAX, 0);
         for k in 0..n {
             let s = (k as f64 + 0.5) * step;
             while at + 2 < along.len() && along[at + 1] < s {
@@ -127,7 +145,16 @@ pub(crate) fn find(path: &mut Layer, plane: &Plane, width: f64, tolerance: f64) 
             let (a, b) = (points[at], points[at + 1]);
             let t = (b - a).normalize_or_zero();
             let p = a + t * (s - along[at]);
-            index.near(p, &mut found);
+            if (at, k / TOGETHER) != looked_at {
+                looked_at = (at, k / TOGETHER);
+                let last = (s + (TOGETHER - 1 - k % TOGETHER) as f64 * step).min(along[at + 1]);
+                index.along(
+                    p,
+                    a + t * (last - along[at]).max(s - along[at]),
+                    t,
+                    &mut found,
+                );
+            }
             let here = Here { pass: me, p, t, s };
             let nearest = nearest(&index, &found, &here, reach);
             let interval = (s - 0.5 * step, s + 0.5 * step);
@@ -186,7 +213,7 @@ struct Here {
     s: f64,
 }
 
-/// Distance and pass of the nearest bead to the left and to the right of a place, within `reach`, of the segments `found`.
+/// Distance and pass of the nearest bead to the left and to the right of a place, within `reach`, of the segments `found`, which run along it.
 fn nearest(index: &Index, found: &[u32], here: &Here, reach: f64) -> [Option<(f64, usize)>; 2] {
     let mut nearest: [Option<(f64, usize)>; 2] = [None, None];
     for &i in found {
@@ -198,12 +225,7 @@ fn nearest(index: &Index, found: &[u32], here: &Here, reach: f64) -> [Option<(f6
         let lateral = here.t.perp_dot(v);
         let own = other.pass == here.pass
             && (other.along + share * e.length() - here.s).abs() < OWN_WAY * distance.max(1e-9);
-        if own
-            || distance > reach
-            || distance < 1e-6
-            || lateral.abs() < 0.9 * distance
-            || here.t.dot(e).abs() < 0.7 * e.length()
-        {
+        if own || distance > reach || distance < 1e-6 || lateral.abs() < 0.9 * distance {
             continue;
         }
         let side = usize::from(lateral < 0.0);
@@ -240,7 +262,8 @@ mod tests {
         let index = Index::new(1.0, vec![long]);
         let mut found = Vec::new();
         for (y, wanted) in [(-0.4, 1), (1.3, 1), (3.0, 1), (4.5, 0)] {
-            index.near(DVec2::new(0.5, y), &mut found);
+            let place = DVec2::new(0.5, y);
+            index.near(place, place, &mut found);
             assert_eq!(found.len(), wanted, "at {y}");
         }
     }

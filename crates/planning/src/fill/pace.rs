@@ -5,33 +5,16 @@
 //! metal per millimetre goes with the reciprocal of speed at constant wire feed.
 
 use meltpath_base::Reporter;
-use meltpath_geometry::boolean::PlanarError;
-use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::inset;
-use meltpath_geometry::raster::{Grid, Mask, rasterise};
-use meltpath_geometry::{Plane, Region, segments};
+use meltpath_geometry::Plane;
 use meltpath_toolpath::{Channel, Layer, Move, Pass};
 
-use crate::fill::outline::turned;
+use crate::fill::rooms::{Rooms, Side};
 use crate::fill::settings::{FillSettings, Paces, Spacing};
 
-/// Cells of the grid per bead width.
-const CELLS_PER_WIDTH: f64 = 12.0;
-/// Fewest cells per bead width that still tell rooms apart.
-const FEWEST_PER_WIDTH: f64 = 5.0;
-/// Largest number of cells.
-const MOST_CELLS: f64 = 1.6e7;
 /// Samples per bead width along a bead.
 const SAMPLES_PER_WIDTH: f64 = 8.0;
 /// Length over which room is averaged, to either side with falling weight, bead widths: the pool is longer than wide.
 const WINDOW: f64 = 1.0;
-/// A free edge of the metal lies this far from a bead's axis, bead widths.
-const FREE_EDGE: f64 = 0.45;
-/// Room farther from a bead than this is nobody's, bead widths.
-const REACH: f64 = 0.75;
-/// The grid lies turned against the layer by the angle whose tangent is the golden section: along straight sides, most often
-/// parallel to an axis, cells then count their share and no row more or less.
-const GRID_TURN: f64 = 0.553_574_358_897_045_3;
 /// Speeds come in steps of this ratio, so that the program has few of them.
 const STEP: f64 = 1.1;
 /// Share of a step by which the best speed leaves the one in force before it changes.
@@ -56,146 +39,88 @@ pub fn nominal_length(pass: &Pass<'_>, nominal: f64) -> f64 {
 
 /// A short straight piece of a bead.
 struct Sample {
-    pass: usize,
-    /// The straight side that it is a piece of, all as long, counted over the layer.
-    side: usize,
-    a: DVec2,
-    b: DVec2,
-    /// Arc length at `a` and `b`, mm.
+    /// Arc length at its ends, mm.
     from: f64,
     to: f64,
     /// Area nearer to it than to any other, mm².
     room: f64,
 }
 
-/// The passes of a layer with their speeds, where the settings say which speeds the bead can take.
+/// The passes of a layer with their speeds, where the settings say which speeds the bead can take. `rooms` are those of its regions.
 pub(crate) fn adapted(
     path: Layer,
-    regions: &[Region],
+    rooms: Option<&Rooms>,
     plane: &Plane,
     settings: &FillSettings,
     reporter: &Reporter,
-) -> Result<Layer, PlanarError> {
-    let Some(paces) = settings.paces else {
-        return Ok(path);
+) -> Layer {
+    let Some(paces) = settings.paces.filter(|_| is_paced(settings)) else {
+        return path;
     };
-    if settings.spacing == Spacing::Exact || path.is_empty() {
-        return Ok(path);
+    if path.is_empty() {
+        return path;
     }
-    let mut samples = sampled(&path, plane, settings);
-    let Some(grid) = grid(&samples, settings) else {
+    let Some(samples) = rooms.and_then(|rooms| sampled(&path, plane, rooms, settings)) else {
         reporter.warn(
             "speeds-not-adapted",
             "a layer is too large for its beads: they keep one travel speed",
             "split the part, or choose a wider bead",
         );
-        return Ok(path);
+        return path;
     };
-    let fed_to = inset(regions, (0.5 - FREE_EDGE) * settings.width, settings.join())?;
-    let fed = rasterise(&turned(&fed_to, GRID_TURN), &grid);
-    share_out(&mut samples, &grid, &fed, settings);
-    let room: f64 = samples.iter().map(|s| s.room).sum();
-    let mean = room / samples.iter().map(|s| s.to - s.from).sum::<f64>();
-    let mut first = 0;
+    let all = || samples.iter().flatten();
+    let room: f64 = all().map(|s| s.room).sum();
+    let mean = room / all().map(|s| s.to - s.from).sum::<f64>();
     let mut paced = Layer::new(path.number, path.height);
-    for (i, pass) in path.passes().enumerate() {
-        let count = samples[first..].iter().take_while(|s| s.pass == i).count();
-        let runs = runs(&samples[first..first + count], mean, paces, settings);
-        first += count;
+    for (pass, samples) in path.passes().zip(&samples) {
+        let runs = runs(samples, mean, paces, settings);
         if runs.iter().any(|r| r.level != 0) {
             write(&mut paced, &pass, &runs, paces);
         } else {
             paced.push(pass);
         }
     }
-    Ok(paced)
+    paced
 }
 
-fn sampled(path: &Layer, plane: &Plane, settings: &FillSettings) -> Vec<Sample> {
-    let mut samples = Vec::new();
-    let mut side = 0;
-    let turn = DVec2::from_angle(GRID_TURN);
+/// Whether beads get speeds of their own.
+pub(crate) fn is_paced(settings: &FillSettings) -> bool {
+    settings.paces.is_some() && settings.spacing != Spacing::Exact
+}
+
+/// The samples of each pass; `None` where a layer is too large for them.
+fn sampled(
+    path: &Layer,
+    plane: &Plane,
+    rooms: &Rooms,
+    settings: &FillSettings,
+) -> Option<Vec<Vec<Sample>>> {
     let step = settings.width / SAMPLES_PER_WIDTH;
-    for (i, pass) in path.passes().enumerate() {
+    let mut sides = Vec::new();
+    let mut passes: Vec<Vec<Sample>> = Vec::new();
+    for pass in path.passes() {
         let (points, along) = pass.flatten(settings.tolerance);
+        let mut samples = Vec::new();
         for (s, l) in points.windows(2).zip(along.windows(2)) {
-            let [p, q] = [s[0], s[1]].map(|p| turn.rotate(plane.to_local(p).truncate()));
-            let n = ((l[1] - l[0]) / step).ceil().max(1.0) as usize;
-            let at = |k: usize| k as f64 / n as f64;
+            let n = ((l[1] - l[0]) / step).ceil().max(1.0) as u32;
+            let at = |k: u32| l[0] + (l[1] - l[0]) * (f64::from(k) / f64::from(n));
             samples.extend((0..n).map(|k| Sample {
-                pass: i,
-                side,
-                a: p.lerp(q, at(k)),
-                b: p.lerp(q, at(k + 1)),
-                from: l[0] + (l[1] - l[0]) * at(k),
-                to: l[0] + (l[1] - l[0]) * at(k + 1),
+                from: at(k),
+                to: at(k + 1),
                 room: 0.0,
             }));
-            side += 1;
+            sides.push(Side {
+                ends: [s[0], s[1]].map(|p| plane.to_local(p).truncate()),
+                pieces: n,
+            });
         }
+        passes.push(samples);
     }
-    samples
-}
-
-fn grid(samples: &[Sample], settings: &FillSettings) -> Option<Grid> {
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for s in samples {
-        low = low.min(s.a).min(s.b);
-        high = high.max(s.a).max(s.b);
+    let all = passes.iter_mut().flatten();
+    for (sample, room) in all.zip(rooms.of(&sides)?) {
+        sample.room = room;
     }
-    let size = high - low + 2.0 * REACH * settings.width;
-    let cell = (settings.width / CELLS_PER_WIDTH).max((size.x * size.y / MOST_CELLS).sqrt());
-    (cell <= settings.width / FEWEST_PER_WIDTH).then(|| Grid {
-        origin: low - REACH * settings.width,
-        cell,
-        nx: (size.x / cell).ceil() as usize + 1,
-        ny: (size.y / cell).ceil() as usize + 1,
-    })
-}
-
-/// Gives every cell to the sample nearest to it, of equal ones the first.
-fn share_out(samples: &mut [Sample], grid: &Grid, fed: &Mask, settings: &FillSettings) {
-    let reach = REACH * settings.width;
-    let own = FREE_EDGE * settings.width;
-    let mut nearest = vec![(f32::INFINITY, u32::MAX); grid.nx * grid.ny];
-    let mut first = 0;
-    for straight in samples.chunk_by(|one, next| one.side == next.side) {
-        // long ones in pieces: a box round a slanting line is mostly empty
-        for piece in straight.chunks(2 * SAMPLES_PER_WIDTH as usize) {
-            let (a, b) = (piece[0].a, piece[piece.len() - 1].b);
-            let way = b - a;
-            let square = way.length_squared();
-            for (iy, row) in grid.rows_beside(a, b, reach) {
-                for ix in row {
-                    let p = grid.origin + DVec2::new(ix as f64, iy as f64) * grid.cell;
-                    let share = segments::nearest_share((p - a).dot(way), square);
-                    let away = p.distance_squared(a.lerp(b, share)) as f32;
-                    let cell = &mut nearest[iy * grid.nx + ix];
-                    if away < cell.0 {
-                        let of_piece = (share * piece.len() as f64) as usize;
-                        *cell = (away, (first + of_piece.min(piece.len() - 1)) as u32);
-                    }
-                }
-            }
-            first += piece.len();
-        }
-    }
-    // the runs of a row come in order: one look at each cell
-    for (iy, row) in nearest.chunks_exact(grid.nx).enumerate() {
-        let mut runs = fed.rows.get(iy).into_iter().flatten().peekable();
-        for (ix, &(away, owner)) in row.iter().enumerate() {
-            if away == f32::INFINITY {
-                continue;
-            }
-            while runs.next_if(|run| run.1 as usize <= ix).is_some() {}
-            let mut is_fed = || runs.peek().is_some_and(|run| run.0 as usize <= ix);
-            let away = f64::from(away);
-            // beside a narrow section a bead feeds what it would anywhere
-            if away <= own * own || (away <= reach * reach && is_fed()) {
-                samples[owner as usize].room += grid.cell * grid.cell;
-            }
-        }
-    }
+    Some(passes)
 }
 
 /// A stretch with one speed: the nominal one times [`STEP`] to the power of `level`.

@@ -3,19 +3,25 @@
 
 use meltpath_geometry::Region;
 use meltpath_geometry::boolean::{PlanarError, union};
+use meltpath_geometry::cover::Ground;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::MedialError;
 use meltpath_geometry::offset::inset;
 
+use crate::fill::gaps::Places;
+use crate::fill::lined::Lined;
 use crate::fill::lines::Rim;
 use crate::fill::outline::Room;
 use crate::fill::rings::{Depth, Nest, nest, spacing};
-use crate::fill::settings::{ContourOrder, FillSettings, LineOrder, Strategy, end_distance};
-use crate::fill::thin::{Split, split};
+use crate::fill::settings::{
+    ContourOrder, FillSettings, LineOrder, Spacing, Strategy, end_distance,
+};
+use crate::fill::thin::split;
 
 /// A piece of a region, oriented, without repeated points, apart where the region touches itself.
 pub(crate) struct Piece {
-    pub(crate) whole: Region,
+    /// Where its beads leave gaps.
+    pub(crate) gaps: Places,
     /// What takes two beads or more side by side.
     pub(crate) bodies: Vec<Body>,
     /// Centre lines of the sections that take one.
@@ -26,7 +32,8 @@ pub(crate) struct Piece {
 
 /// A body with the settings that fill it.
 pub(crate) struct Body {
-    pub(crate) whole: Region,
+    /// Area, mm².
+    pub(crate) area: f64,
     pub(crate) settings: FillSettings,
     pub(crate) inside: Inside,
 }
@@ -34,11 +41,22 @@ pub(crate) struct Body {
 /// What fills a body.
 pub(crate) enum Inside {
     /// Parallel lines alone.
-    Lines,
+    Lines(Box<Lines>),
     /// Contours alone.
     Contours(Contours),
     /// Parallel lines inside contours.
     Rimmed(Rimmed),
+}
+
+/// Parallel lines, and what may take their place.
+pub(crate) struct Lines {
+    pub(crate) lined: Lined,
+    /// Where they leave gaps.
+    pub(crate) gaps: Places,
+    /// What they cover.
+    pub(crate) ground: Ground,
+    /// The same inside a contour, where distances may change for it.
+    pub(crate) inside_rim: Option<Rimmed>,
 }
 
 /// Contours without a start yet.
@@ -52,9 +70,8 @@ pub(crate) struct Contours {
 /// Contours, and what parallel lines fill inside them.
 pub(crate) struct Rimmed {
     pub(crate) contours: Contours,
-    /// What the lines end at.
-    pub(crate) rim: Rim,
-    pub(crate) rest: Vec<Split>,
+    /// What parallel lines fill inside the contours, and the centre lines of sections too narrow for them.
+    pub(crate) rest: Vec<(Lined, Vec<Vec<DVec2>>)>,
 }
 
 /// The contours round parallel lines.
@@ -78,7 +95,7 @@ pub(crate) fn apart(region: &Region, settings: &FillSettings) -> Result<Vec<Piec
                 bodies: bodies
                     .map(|body| body_of(body, *settings))
                     .collect::<Result<_, _>>()?,
-                whole,
+                gaps: Places::new(&whole, settings)?,
                 lines: parts.lines,
                 trouble: parts.trouble,
             })
@@ -88,7 +105,9 @@ pub(crate) fn apart(region: &Region, settings: &FillSettings) -> Result<Vec<Piec
 
 fn body_of(whole: Region, settings: FillSettings) -> Result<Body, PlanarError> {
     let (settings, inside) = match settings.strategy {
-        Strategy::Raster { .. } | Strategy::Zigzag { .. } => (settings, Inside::Lines),
+        Strategy::Raster { .. } | Strategy::Zigzag { .. } => {
+            (settings, Inside::Lines(Box::new(lines(&whole, &settings)?)))
+        }
         Strategy::Contour { order } | Strategy::Spiral { order } => {
             let settings = FillSettings {
                 stepover: spacing(&whole, &settings),
@@ -152,9 +171,35 @@ fn body_of(whole: Region, settings: FillSettings) -> Result<Body, PlanarError> {
         }
     };
     Ok(Body {
-        whole,
+        area: whole.area(),
         settings,
         inside,
+    })
+}
+
+/// Parallel lines over a body, with a contour round them where that may be better.
+fn lines(body: &Region, settings: &FillSettings) -> Result<Lines, PlanarError> {
+    let whole = std::slice::from_ref(body);
+    // distances that stay as written keep their lines, whatever these leave bare
+    let may_change = settings.spacing == Spacing::Fill;
+    let around = || {
+        Ok(Around {
+            contours: 1,
+            inside: match settings.strategy {
+                Strategy::Zigzag { .. } => settings.reversal_distance(),
+                _ => end_distance(settings.stepover),
+            },
+            order: ContourOrder::OutsideIn,
+            links: ways(body, settings)?,
+        })
+    };
+    Ok(Lines {
+        lined: Lined::new(whole, Rim::Boundary, settings)?,
+        gaps: Places::new(body, settings)?,
+        ground: Ground::new(whole.to_vec(), settings.metal())?,
+        inside_rim: may_change
+            .then(|| rimmed(body, around()?, settings))
+            .transpose()?,
     })
 }
 
@@ -187,14 +232,11 @@ pub(crate) fn rimmed(
         links,
     } = around;
     if count == 0 {
-        let rest = vec![Split {
-            bodies: vec![body.clone()],
-            ..Split::default()
-        }];
+        let lined = Lined::new(std::slice::from_ref(body), Rim::Boundary, settings)?;
+        let rest = vec![(lined, Vec::new())];
         let nest = Nest::default();
         return Ok(Rimmed {
             contours: Contours { nest, order, links },
-            rim: Rim::Boundary,
             rest,
         });
     }
@@ -203,9 +245,12 @@ pub(crate) fn rimmed(
     let rest = nest.rest.iter();
     Ok(Rimmed {
         rest: rest
-            .map(|region| split(region, narrowest, settings))
+            .map(|region| {
+                let parts = split(region, narrowest, settings)?;
+                let lined = Lined::new(&parts.bodies, Rim::Contour(inside), settings)?;
+                Ok((lined, parts.lines))
+            })
             .collect::<Result<_, _>>()?,
         contours: Contours { nest, order, links },
-        rim: Rim::Contour(inside),
     })
 }

@@ -3,21 +3,23 @@
 use meltpath_base::{Observer, Place, Reporter};
 use meltpath_geometry::Plane;
 use meltpath_geometry::boolean::PlanarError;
+use meltpath_geometry::cover::Ground;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::{Layer, Move, PassHead};
 use rayon::prelude::*;
 
 use crate::error::PlanError;
-use crate::fill::alike::Alike;
+use crate::fill::alike::alike;
 use crate::fill::bead::Bead;
 use crate::fill::coverage::{Coverage, coverage};
 use crate::fill::gaps;
 use crate::fill::layer::{FillLayer, PassIds};
 use crate::fill::neighbours;
-use crate::fill::pace::{self, nominal_length};
+use crate::fill::pace::{self, is_paced, nominal_length};
 use crate::fill::pieces::{Piece, apart};
 use crate::fill::region::lay;
+use crate::fill::rooms::Rooms;
 use crate::fill::settings::{CORNER, FillSettings};
 
 /// The plan of a layer.
@@ -29,6 +31,20 @@ pub struct LayerPlan {
     pub coverage: Vec<Coverage>,
     /// The settings that made it.
     pub settings: FillSettings,
+}
+
+/// What layers of the same sections share.
+struct Shared {
+    sections: Vec<Section>,
+    /// Where rooms of beads are counted, if they are.
+    rooms: Option<Rooms>,
+}
+
+/// A region of a layer with what layers of the same section share.
+struct Section {
+    pieces: Vec<Piece>,
+    /// What beads cover of it.
+    ground: Ground,
 }
 
 /// The beads of a layer's regions, piece by piece, before gaps are closed.
@@ -49,9 +65,9 @@ pub fn plan_layer(
     reporter: &Reporter,
 ) -> Result<LayerPlan, PlanError> {
     settings.check()?;
-    let pieces = taken_apart(layer, settings)?;
-    let drawn = draw(&pieces, layer, settings, reporter)?;
-    finish(drawn, &pieces, layer, (settings, ids), reporter)
+    let shared = shared(layer, settings)?;
+    let drawn = draw(&shared.sections, layer, settings, reporter)?;
+    finish(drawn, &shared, layer, (settings, ids), reporter)
 }
 
 /// The passes of one layer as [`plan_layer`] has them, all of one speed; what they cover and what lies beside each, which takes most
@@ -66,9 +82,9 @@ pub(crate) fn passes_alone(
     reporter: &Reporter,
 ) -> Result<Layer, PlanError> {
     settings.check()?;
-    let pieces = taken_apart(layer, settings)?;
-    let drawn = draw(&pieces, layer, settings, reporter)?;
-    let filled = closed(drawn, &pieces, layer, settings, reporter)?;
+    let sections = taken_apart(layer, settings)?;
+    let drawn = draw(&sections, layer, settings, reporter)?;
+    let filled = closed(drawn, &sections, layer, settings, reporter)?;
     written(filled, layer, settings, ids)
 }
 
@@ -81,24 +97,35 @@ fn outline(layer: FillLayer<'_>) -> impl Fn(PlanarError) -> PlanError {
 }
 
 /// The regions of a layer taken apart.
-fn taken_apart(
-    layer: FillLayer<'_>,
-    settings: &FillSettings,
-) -> Result<Vec<Vec<Piece>>, PlanError> {
+fn taken_apart(layer: FillLayer<'_>, settings: &FillSettings) -> Result<Vec<Section>, PlanError> {
     let regions = layer.regions.par_iter();
-    let apart = regions.map(|region| apart(region, settings));
+    let apart = regions.map(|region| {
+        Ok(Section {
+            pieces: apart(region, settings)?,
+            ground: Ground::new(vec![region.clone()], settings.metal())?,
+        })
+    });
     apart.collect::<Result<_, _>>().map_err(outline(layer))
+}
+
+/// What layers with the sections of this one share.
+fn shared(layer: FillLayer<'_>, settings: &FillSettings) -> Result<Shared, PlanError> {
+    let rooms = is_paced(settings).then(|| Rooms::new(layer.regions, settings));
+    Ok(Shared {
+        sections: taken_apart(layer, settings)?,
+        rooms: rooms.transpose().map_err(outline(layer))?,
+    })
 }
 
 /// The beads of each region, before gaps are closed.
 fn draw(
-    pieces: &[Vec<Piece>],
+    sections: &[Section],
     layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
 ) -> Result<Drawn, PlanError> {
-    let drawn = pieces.par_iter().map(|pieces| {
-        let pieces = pieces.iter();
+    let drawn = sections.par_iter().map(|section| {
+        let pieces = section.pieces.iter();
         pieces
             .map(|piece| lay(piece, layer.number, settings, reporter))
             .collect()
@@ -109,16 +136,16 @@ fn draw(
 /// The beads of each region with its gaps closed; tells of those that have none.
 fn closed(
     drawn: Drawn,
-    pieces: &[Vec<Piece>],
+    sections: &[Section],
     layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
 ) -> Result<Vec<Vec<Bead>>, PlanError> {
-    let regions = drawn.into_par_iter().zip(pieces);
+    let regions = drawn.into_par_iter().zip(sections);
     let filled: Vec<Vec<Bead>> = regions
-        .map(|(mut beads, pieces)| {
-            for (beads, piece) in beads.iter_mut().zip(pieces) {
-                gaps::close(&piece.whole, beads, settings)?;
+        .map(|(mut beads, section)| {
+            for (beads, piece) in beads.iter_mut().zip(&section.pieces) {
+                gaps::close(&piece.gaps, beads, settings)?;
             }
             Ok(beads.concat())
         })
@@ -147,26 +174,33 @@ fn closed(
 /// A layer's plan from its beads.
 fn finish(
     drawn: Drawn,
-    pieces: &[Vec<Piece>],
+    shared: &Shared,
     layer: FillLayer<'_>,
     (settings, ids): (&FillSettings, PassIds),
     reporter: &Reporter,
 ) -> Result<LayerPlan, PlanError> {
-    let filled = closed(drawn, pieces, layer, settings, reporter)?;
+    let Shared { sections, rooms } = shared;
+    let filled = closed(drawn, sections, layer, settings, reporter)?;
     let mut coverage: Vec<Coverage> = layer
         .regions
         .par_iter()
+        .zip(sections)
         .zip(&filled)
         .enumerate()
-        .map(|(i, (region, beads))| {
+        .map(|(i, ((region, section), beads))| {
             let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
-            coverage(i as u32, region, &lines, layer.plane, settings)
+            coverage(
+                i as u32,
+                region,
+                &section.ground,
+                &lines,
+                (layer.plane, settings),
+            )
         })
         .collect::<Result<_, _>>()
         .map_err(outline(layer))?;
     let path = written(filled, layer, settings, ids)?;
-    let mut path = pace::adapted(path, layer.regions, layer.plane, settings, reporter)
-        .map_err(outline(layer))?;
+    let mut path = pace::adapted(path, rooms.as_ref(), layer.plane, settings, reporter);
     for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
         let nominal = settings.paces.map_or(1.0, |p| p.nominal);
         let long: f64 = path
@@ -223,33 +257,69 @@ pub fn plan_layers(
 ) -> Result<Vec<LayerPlan>, PlanError> {
     settings.check()?;
     observer.stage("fill", 2 * layers.len() as u64);
-    let sections = Alike::of(layers.len(), |i, j| layers[i].regions == layers[j].regions);
-    let pieces: Vec<Vec<Vec<Piece>>> = sections.each(|first, count| {
-        observer.check()?;
-        let pieces = taken_apart(layers[first], settings);
-        observer.advance(count);
-        pieces
-    })?;
-    let of = |layer: usize| pieces[sections.kind[layer]].as_slice();
-    let drawn: Vec<Drawn> = (0..layers.len())
-        .into_par_iter()
-        .map(|i| draw(of(i), layers[i], settings, reporter))
+    let kinds = alike(layers.len(), |i, j| layers[i].regions == layers[j].regions);
+    let each: Vec<Vec<(usize, Result<LayerPlan, PlanError>)>> = kinds
+        .par_iter()
+        .map(|kind| {
+            let of_kind: Vec<FillLayer<'_>> = kind.iter().map(|&i| layers[i]).collect();
+            match plan_alike(&of_kind, settings, ids, reporter, observer) {
+                Ok(plans) => kind
+                    .iter()
+                    .copied()
+                    .zip(plans.into_iter().map(Ok))
+                    .collect(),
+                Err(error) => vec![(kind[0], Err(error))],
+            }
+        })
+        .collect();
+    let mut plans = each.concat();
+    plans.sort_by_key(|(layer, _)| *layer);
+    plans.into_iter().map(|(_, plan)| plan).collect()
+}
+
+/// Plans layers of the same sections.
+fn plan_alike(
+    layers: &[FillLayer<'_>],
+    settings: &FillSettings,
+    ids: PassIds,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<LayerPlan>, PlanError> {
+    observer.check()?;
+    let shared = shared(layers[0], settings)?;
+    observer.advance(layers.len() as u64);
+    let drawn = layers.par_iter();
+    let drawn: Vec<Drawn> = drawn
+        .map(|&layer| draw(&shared.sections, layer, settings, reporter))
         .collect::<Vec<_>>()
         .into_iter()
         .collect::<Result<_, _>>()?;
-    let beads = Alike::of(layers.len(), |i, j| {
-        sections.kind[i] == sections.kind[j] && drawn[i] == drawn[j]
-    });
-    let plans: Vec<LayerPlan> = beads.each(|first, count| {
-        observer.check()?;
-        let (drawn, layer) = (drawn[first].clone(), layers[first]);
-        let plan = finish(drawn, of(first), layer, (settings, ids), reporter);
-        observer.advance(count);
-        plan
-    })?;
-    let each = layers.iter().zip(&beads.kind);
-    each.map(|(&layer, &kind)| on_layer(&plans[kind], layers[beads.firsts[kind]], layer, ids))
-        .collect()
+    let kinds = alike(layers.len(), |i, j| drawn[i] == drawn[j]);
+    let plans: Vec<Result<LayerPlan, PlanError>> = kinds
+        .par_iter()
+        .map(|kind| {
+            observer.check()?;
+            let first = kind[0];
+            let plan = finish(
+                drawn[first].clone(),
+                &shared,
+                layers[first],
+                (settings, ids),
+                reporter,
+            );
+            observer.advance(kind.len() as u64);
+            plan
+        })
+        .collect();
+    let mut each = Vec::with_capacity(layers.len());
+    for (kind, plan) in kinds.iter().zip(plans) {
+        let plan = plan?;
+        for &layer in kind {
+            each.push((layer, on_layer(&plan, layers[kind[0]], layers[layer], ids)?));
+        }
+    }
+    each.sort_by_key(|(layer, _)| *layer);
+    Ok(each.into_iter().map(|(_, plan)| plan).collect())
 }
 
 /// The plan of a layer as that of another, whose beads start and run alike.

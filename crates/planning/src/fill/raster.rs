@@ -1,29 +1,26 @@
 //! Raster: parallel beads, each with its own arc start.
 
-use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 
-use crate::fill::lines::{Rim, Span, spans};
-use crate::fill::outline::turned;
+use crate::fill::lined::Flat;
+use crate::fill::lines::Span;
 use crate::fill::settings::{FillSettings, LineDirection, LineOrder};
 
-/// The beads of a raster at `angle` over the possible centres of beads.
+/// The beads of a raster.
 pub(crate) fn raster(
-    centres: &[Region],
-    angle: f64,
-    rim: Rim,
+    flat: &Flat,
     order: LineOrder,
     direction: LineDirection,
     layer: u32,
     settings: &FillSettings,
 ) -> Vec<Vec<DVec2>> {
-    let lines = spans(&turned(centres, -angle), rim, settings);
+    let lines = &flat.lines;
     let mut sequence: Vec<usize> = (0..lines.len()).collect();
     if order == LineOrder::CentreOut {
         // distance from the middle in half lines; of two equal ones the lower first
         sequence.sort_by_key(|&i| (2 * i + 1).abs_diff(lines.len()));
     }
-    let back = DVec2::from_angle(angle);
+    let back = DVec2::from_angle(flat.angle);
     let mut beads = Vec::new();
     for i in sequence {
         let forwards = match direction {

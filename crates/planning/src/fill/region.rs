@@ -3,22 +3,17 @@
 use meltpath_base::Reporter;
 use meltpath_geometry::Region;
 use meltpath_geometry::boolean::PlanarError;
-use meltpath_geometry::cover::bare;
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::inset;
 use meltpath_toolpath::Role;
 
 use crate::fill::bead::Bead;
 use crate::fill::contour::{contour_beads, start_share, started};
-use crate::fill::direction::angle;
 use crate::fill::gaps;
-use crate::fill::lines::Rim;
+use crate::fill::lined::Lined;
 use crate::fill::outline::{Room, length};
-use crate::fill::pieces::{Around, Contours, Inside, Piece, Rimmed, rimmed, ways};
+use crate::fill::pieces::{Body, Contours, Inside, Lines, Piece, Rimmed};
 use crate::fill::raster::raster;
-use crate::fill::settings::{
-    ContourOrder, FillSettings, LayerDirection, Spacing, StartPoints, Strategy, end_distance,
-};
+use crate::fill::settings::{ContourOrder, FillSettings, LayerDirection, StartPoints, Strategy};
 use crate::fill::spiral::spirals;
 use crate::fill::zigzag::zigzag;
 
@@ -62,12 +57,14 @@ pub(crate) fn lay(
     }
     for body in &piece.bodies {
         match &body.inside {
-            Inside::Lines => beads.extend(parallel_lines(&body.whole, layer, &body.settings)?),
+            Inside::Lines(lines) => {
+                beads.extend(parallel_lines(body, lines, layer)?);
+            }
             Inside::Contours(contours) => {
                 beads.extend(contours_alone(contours, layer, &body.settings, reporter));
             }
             Inside::Rimmed(rimmed) => {
-                beads.extend(rimmed_lines(rimmed, layer, &body.settings)?);
+                beads.extend(rimmed_lines(rimmed, layer, &body.settings));
             }
         }
     }
@@ -109,69 +106,49 @@ fn contours_alone(
 }
 
 /// Parallel lines over a body; with a contour round them where that covers clearly more.
-fn parallel_lines(
-    body: &Region,
-    layer: u32,
-    settings: &FillSettings,
-) -> Result<Vec<Bead>, PlanarError> {
-    let whole = std::slice::from_ref(body);
-    let mut lines = straight(whole, Rim::Boundary, layer, settings)?;
-    // distances that stay as written keep their lines, whatever these leave bare
-    let may_change = settings.spacing == Spacing::Fill;
-    if may_change && lack(whole, &lines, settings)? > MOST_BARE * body.area() {
-        let inside = match settings.strategy {
-            Strategy::Zigzag { .. } => settings.reversal_distance(),
-            _ => end_distance(settings.stepover),
-        };
-        let around = Around {
-            contours: 1,
-            inside,
-            order: ContourOrder::OutsideIn,
-            links: ways(body, settings)?,
-        };
-        let inside_rim = rimmed_lines(&rimmed(body, around, settings)?, layer, settings)?;
+fn parallel_lines(body: &Body, lines: &Lines, layer: u32) -> Result<Vec<Bead>, PlanarError> {
+    let settings = &body.settings;
+    let plain = straight(&lines.lined, layer, settings);
+    let lack = |beads: &[Bead]| -> Result<f64, PlanarError> {
+        let points: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
+        let places = lines.ground.bare(&points)?;
+        Ok(places.iter().map(Region::area).sum())
+    };
+    if let Some(inside_rim) = &lines.inside_rim
+        && lack(&plain)? > MOST_BARE * body.area
+    {
+        let inside_rim = rimmed_lines(inside_rim, layer, settings);
         // each as it will be when its gaps are closed
-        let mut closed = (lines.clone(), inside_rim.clone());
-        gaps::close(body, &mut closed.0, settings)?;
-        gaps::close(body, &mut closed.1, settings)?;
-        if lack(whole, &closed.1, settings)? < 0.5 * lack(whole, &closed.0, settings)? {
-            lines = inside_rim;
+        let mut closed = (plain.clone(), inside_rim.clone());
+        gaps::close(&lines.gaps, &mut closed.0, settings)?;
+        gaps::close(&lines.gaps, &mut closed.1, settings)?;
+        if lack(&closed.1)? < 0.5 * lack(&closed.0)? {
+            return Ok(inside_rim);
         }
     }
-    Ok(lines)
+    Ok(plain)
 }
 
 /// Contours along the boundary, if any, and inside them the parallel lines of the strategy.
-fn rimmed_lines(
-    rimmed: &Rimmed,
-    layer: u32,
-    settings: &FillSettings,
-) -> Result<Vec<Bead>, PlanarError> {
+fn rimmed_lines(rimmed: &Rimmed, layer: u32, settings: &FillSettings) -> Vec<Bead> {
     let Contours { nest, order, links } = &rimmed.contours;
     let lines = contour_beads(&nest.contours, links, *order, layer, settings);
     let mut inner = Vec::new();
-    for parts in &rimmed.rest {
-        inner.extend(straight(&parts.bodies, rimmed.rim, layer, settings)?);
-        inner.extend(middles(&parts.lines, layer, settings));
+    for (lined, lines) in &rimmed.rest {
+        inner.extend(straight(lined, layer, settings));
+        inner.extend(middles(lines, layer, settings));
     }
     inner.extend(middles(&nest.lines, layer, settings));
     let outer = beads_of(Role::Contour, lines, settings);
-    Ok(match order {
+    match order {
         ContourOrder::OutsideIn => outer.chain(inner).collect(),
         ContourOrder::InsideOut => inner.into_iter().chain(outer).collect(),
-    })
+    }
 }
 
 /// Share of a body that parallel lines may leave bare before a contour goes round it: ends of lines on a slanting or
 /// round rim leave a notch each, layer over layer in the same places.
 const MOST_BARE: f64 = 0.01;
-
-/// Area of the bodies under no bead, mm².
-fn lack(bodies: &[Region], beads: &[Bead], settings: &FillSettings) -> Result<f64, PlanarError> {
-    let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
-    let places = bare(bodies, &lines, settings.metal())?;
-    Ok(places.iter().map(Region::area).sum())
-}
 
 /// Beads on centre lines: closed ones start where contours do, and directions follow the layer.
 fn middles(
@@ -198,29 +175,19 @@ fn middles(
 }
 
 /// The parallel lines of a raster or a zigzag.
-fn straight(
-    bodies: &[Region],
-    rim: Rim,
-    layer: u32,
-    settings: &FillSettings,
-) -> Result<Vec<Bead>, PlanarError> {
-    let mut beads = Vec::new();
-    let centres = inset(bodies, 0.5 * settings.width, settings.join())?;
-    let links = inset(bodies, 0.48 * settings.width, settings.join())?;
-    for centre in centres.chunks(1) {
-        let lines = match settings.strategy {
-            Strategy::Raster {
-                angle: wanted,
-                order,
-                direction,
-            } => {
-                let angle = angle(wanted, centre, layer, settings);
-                raster(centre, angle, rim, order, direction, layer, settings)
-            }
-            Strategy::Zigzag { angle: wanted } | Strategy::Hybrid { angle: wanted, .. } => {
-                let angle = angle(wanted, centre, layer, settings);
-                let entry = entry(layer, settings);
-                let mut lines = zigzag(centre, &links, angle, rim, entry, settings);
+fn straight(lined: &Lined, layer: u32, settings: &FillSettings) -> Vec<Bead> {
+    let drawn = match settings.strategy {
+        Strategy::Raster {
+            angle,
+            order,
+            direction,
+        } => lined.each(angle, layer, settings, |flat| {
+            raster(flat, order, direction, layer, settings)
+        }),
+        Strategy::Zigzag { angle } | Strategy::Hybrid { angle, .. } => {
+            let entry = entry(layer, settings);
+            lined.each(angle, layer, settings, |flat| {
+                let mut lines = zigzag(flat, entry, settings);
                 if settings.layers == LayerDirection::Alternate && layer.is_multiple_of(2) {
                     lines.reverse();
                     for line in &mut lines {
@@ -228,14 +195,11 @@ fn straight(
                     }
                 }
                 lines
-            }
-            Strategy::Contour { .. } | Strategy::Spiral { .. } | Strategy::Rimmed { .. } => {
-                Vec::new()
-            }
-        };
-        beads.extend(beads_of(Role::Fill, lines, settings));
-    }
-    Ok(beads)
+            })
+        }
+        Strategy::Contour { .. } | Strategy::Spiral { .. } | Strategy::Rimmed { .. } => Vec::new(),
+    };
+    beads_of(Role::Fill, drawn.concat(), settings).collect()
 }
 
 /// The corner in which a layer's zigzag begins: bit 0 right instead of left, bit 1 top instead of bottom. From one layer

@@ -3,25 +3,17 @@
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};
 
-use crate::fill::lines::{Rim, Span, cells, spans};
-use crate::fill::outline::{Room, length, turned};
+use crate::fill::lined::Flat;
+use crate::fill::lines::{Span, cells};
+use crate::fill::outline::{Room, length};
 use crate::fill::settings::FillSettings;
 use crate::fill::turning_points::link;
 
-/// The beads of a zigzag at `angle` over the possible centres of beads. `links` is where links may run; `entry` picks
-/// the first cell's corner: bit 0 right instead of left, bit 1 top instead of bottom.
-pub(crate) fn zigzag(
-    centres: &[Region],
-    links: &[Region],
-    angle: f64,
-    rim: Rim,
-    entry: u32,
-    settings: &FillSettings,
-) -> Vec<Vec<DVec2>> {
-    let flat = turned(centres, -angle);
-    let links = Room::new(&turned(links, -angle));
-    let rings: Vec<&Ring> = flat.iter().flat_map(Region::rings).collect();
-    let mut left: Vec<Vec<Span>> = cells(&spans(&flat, rim, settings));
+/// The beads of a zigzag. `entry` picks the first cell's corner: bit 0 right instead of left, bit 1 top instead of bottom.
+pub(crate) fn zigzag(flat: &Flat, entry: u32, settings: &FillSettings) -> Vec<Vec<DVec2>> {
+    let links = &flat.links;
+    let rings: Vec<&Ring> = flat.centres.iter().flat_map(Region::rings).collect();
+    let mut left: Vec<Vec<Span>> = cells(&flat.lines);
     let mut beads: Vec<Vec<DVec2>> = Vec::new();
     let mut first = true;
     while !left.is_empty() {
@@ -47,7 +39,7 @@ pub(crate) fn zigzag(
         }
         let (away, index, corner) = choice;
         let cell = left.swap_remove(index);
-        let mut pieces = run(&cell, corner, &rings, &links, settings).into_iter();
+        let mut pieces = run(&cell, corner, &rings, links, settings).into_iter();
         let next = pieces.next().unwrap_or_default();
         match (beads.last_mut(), end) {
             (Some(last), Some(end))
@@ -64,7 +56,7 @@ pub(crate) fn zigzag(
         beads.extend(pieces);
         first = false;
     }
-    let back = DVec2::from_angle(angle);
+    let back = DVec2::from_angle(flat.angle);
     beads.retain(|b| length(b) + 1e-9 >= settings.shortest_bead);
     for p in beads.iter_mut().flatten() {
         *p = back.rotate(*p);
