@@ -159,7 +159,7 @@ fn remedies_of_a_file_of_measurements_are_true() {
 fn a_fit_that_learns_nothing_cannot_say() {
     let dir = tempfile::tempdir().unwrap();
     let text = format!(
-        "layers = 1\nspacing = \"100 µm\"\n[[porosity]]\nmeasured = \"0 %\"\nsigma = \"0.5 %\"\ncurrent = \"5 mA\"\nspeed = \"400 mm/s\"\nspacing = \"0.1 mm\"\n{BEAM}"
+        "layers = 1\nspacing = \"100 µm\"\n[[porosity]]\nmeasured = \"0 %\"\nsigma = \"0.5 %\"\ncurrent = \"15 mA\"\nspeed = \"1600 mm/s\"\nspacing = \"0.1 mm\"\n{BEAM}"
     );
     let file = write(dir.path(), "m.toml", text);
     let found = fit(&file, At(&dir.path().join("out")), &Silent).unwrap();
