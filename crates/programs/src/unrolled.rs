@@ -79,7 +79,8 @@ pub(crate) fn unrolled<L: Language>(
     let whole = statements.to_vec();
     let steps: Vec<Step<'_>> = statements.iter().map(|s| language.step(&s.1)).collect();
     let said = |s: &Step<'_>| !matches!(s, Step::Acts | Step::Calls | Step::Opens | Step::End);
-    if !steps.iter().any(said) || steps.contains(&Step::Jumps) {
+    let hangs = !constants.is_empty() || steps.iter().any(said);
+    if !hangs || steps.contains(&Step::Jumps) {
         return whole;
     }
     let Some(ends) = ends(&steps) else {
@@ -102,12 +103,15 @@ pub(crate) fn unrolled<L: Language>(
         own: BTreeSet::new(),
         places: BTreeMap::new(),
         changed: BTreeSet::new(),
+        shared: BTreeSet::new(),
         out: Vec::new(),
         left: MOST,
     };
+    run.shared = run.shared();
     match run.all(0..statements.len()) {
-        Some(_) => run.out,
-        None => whole,
+        Some(After::Next) => run.out,
+        // a loop is left where none is, or goes on for ever
+        _ => whole,
     }
 }
 
@@ -156,6 +160,8 @@ struct Run<'a, L> {
     own: BTreeSet<String>,
     /// What follows the names of places that are known.
     places: BTreeMap<String, Vec<&'static str>>,
+    /// Variables that are set in blocks of which nothing is known, such as functions within functions: whenever these run.
+    shared: BTreeSet<String>,
     /// Places that were set: their names stand for other numbers than the data say.
     changed: BTreeSet<String>,
     out: Vec<Statement>,
@@ -163,6 +169,27 @@ struct Run<'a, L> {
 }
 
 impl<L: Language> Run<'_, L> {
+    /// What is set in blocks of which nothing is known.
+    fn shared(&self) -> BTreeSet<String> {
+        let opens = (0..self.steps.len()).filter(|at| self.steps[*at] == Step::Opens);
+        let inside = opens.flat_map(|at| at..self.last(at));
+        let set = inside.flat_map(|at| self.set_by(at));
+        set.collect()
+    }
+
+    /// The variables that a statement sets.
+    fn set_by(&self, at: usize) -> Vec<String> {
+        let (Step::Declare(names, _)
+        | Step::Set(names, _)
+        | Step::Add(names, _)
+        | Step::For(names, ..)) = self.steps[at]
+        else {
+            return Vec::new();
+        };
+        let key = |name: &str| base_of(&self.memory.names.key(name.trim())).to_owned();
+        names.split(',').map(key).collect()
+    }
+
     /// Runs statements; nothing where that does not end.
     fn all(&mut self, range: std::ops::Range<usize>) -> Option<After> {
         let mut at = range.start;
@@ -246,18 +273,10 @@ impl<L: Language> Run<'_, L> {
 
     /// A block as it is written; what it sets is not known in it and from then on.
     fn verbatim(&mut self, range: std::ops::Range<usize>) {
-        for at in range.clone() {
-            if let Step::Declare(name, _)
-            | Step::Set(name, _)
-            | Step::Add(name, _)
-            | Step::For(name, ..) = self.steps[at]
-            {
-                for name in name.split(',') {
-                    self.forget(name.trim());
-                    let key = self.memory.names.key(name.trim());
-                    self.changed.insert(base_of(&key).to_owned());
-                }
-            }
+        let set: Vec<String> = range.clone().flat_map(|at| self.set_by(at)).collect();
+        for key in set {
+            self.forget(&key);
+            self.changed.insert(key);
         }
         if range.clone().any(|at| self.steps[at] == Step::Calls) {
             // in a loop also what stands before a call comes behind it
@@ -300,14 +319,16 @@ impl<L: Language> Run<'_, L> {
         if let Some(number) = self.memory.number(&value) {
             let element = base != key;
             // one of the numbers of a place that is not known whole stands for nothing
-            if !element || self.memory.names.values.contains_key(&key) {
-                self.memory.names.values.insert(key, number);
+            let shared = self.shared.contains(&base);
+            if !shared && (!element || self.memory.names.values.contains_key(&key)) {
+                // as in decimals: what controllers round is less than their digits tell
+                self.memory.names.values.insert(key, scaled(number, 1.0));
                 if element {
                     self.changed.insert(base);
                 }
                 return;
             }
-        } else if base == key {
+        } else if base == key && !self.shared.contains(&base) {
             let other = self.memory.names.key(value.trim());
             self.known_place(&other);
             if let Some(place) = self
@@ -372,6 +393,15 @@ impl<L: Language> Run<'_, L> {
 
     /// Runs a loop.
     fn turns(&mut self, at: usize) -> Option<()> {
+        self.turned(at)?;
+        if let Step::For(name, ..) = self.steps[at] {
+            // what it stands for behind the loop hangs on the language
+            self.forget(name);
+        }
+        Some(())
+    }
+
+    fn turned(&mut self, at: usize) -> Option<()> {
         let end = self.ends[at];
         let body = at + 1..end;
         let counts = match self.steps[at] {

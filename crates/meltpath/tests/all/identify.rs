@@ -327,7 +327,7 @@ fn the_unseen_part_is_judged_wherever_the_record_begins() {
         },
         ..motor()
     };
-    let text = noisy(&motor, 18_000);
+    let text = noisy(&motor, 27_000);
     let folder = tempfile::tempdir().unwrap();
     let record = |keep: std::ops::Range<usize>, changed: &dyn Fn(usize, f64) -> f64| {
         let rows = text
@@ -361,7 +361,7 @@ fn the_unseen_part_is_judged_wherever_the_record_begins() {
     };
     let all = 0..usize::MAX;
     // a channel that reads a fifth more from three quarters of the record on
-    let (other, _) = record(all.clone(), &|n, i| if n > 13_500 { 1.2 * i } else { i });
+    let (other, _) = record(all.clone(), &|n, i| if n > 20_000 { 1.2 * i } else { i });
     let verdict = other.verdict();
     let check = verdict
         .checks
@@ -386,7 +386,7 @@ fn the_unseen_part_is_judged_wherever_the_record_begins() {
     );
     assert!(lines.contains("mA) where none flows"), "{lines}");
     assert!(!beside.moving, "{lines}");
-    let (cut, lines) = record(6_000..usize::MAX, &|_, current| current);
+    let (cut, lines) = record(9_000..usize::MAX, &|_, current| current);
     assert_eq!(cut.verdict().status(), Status::Pass, "{:?}", cut.verdict());
     assert!(cut.moving && lines.contains("begins in motion"), "{lines}");
     assert!(cut.prediction.angle.fit > 0.9, "{:?}", cut.prediction.angle);

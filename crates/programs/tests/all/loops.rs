@@ -258,6 +258,31 @@ fn loops_of_a_script_come_to_what_they_count() {
     assert!(told.iter().any(|t| t.starts_with("while")), "{told:?}");
 }
 
+/// What a function within a function sets it sets whenever it runs; what leaves no loop loses no line; a counter ends with its loop.
+#[test]
+fn nothing_is_taken_for_known_that_is_not() {
+    let text = "def w():\n  h = 0.1\n  def up():\n    h = h + 0.1\n  end\n  k = 0.2\n  up()\n  movel(p[0,0,h,0,0,0], v=0.1)\n  movel(p[0,0,k,0,0,0], v=0.1)\nend\n";
+    let (found, _) = moves(&ur_script::read(text.as_bytes(), None).unwrap()[0]);
+    assert!(
+        found.iter().any(|m| m.contains(" 200.000000 ")),
+        "{found:?}"
+    );
+    assert!(
+        found.iter().any(|m| m.starts_with("unresolved")),
+        "{found:?}"
+    );
+    let text = "def w():\n  h = 0.1\n  movel(p[0,0,h,0,0,0], v=0.1)\n  break\n  movel(p[0,0,0.3,0,0,0], v=0.1)\nend\n";
+    let (found, _) = moves(&ur_script::read(text.as_bytes(), None).unwrap()[0]);
+    assert_eq!(found.len(), 2);
+    let (found, _) = of_abb(
+        "FOR k FROM 1 TO 2 DO\nMoveL Offs(p1,0,0,k),v100,fine,tool0;\nENDFOR\nMoveL Offs(p1,0,0,k),v100,fine,tool0;",
+    );
+    assert!(
+        found.len() == 3 && found[2].starts_with("unresolved"),
+        "{found:?}"
+    );
+}
+
 /// A time goes before speed and acceleration; displaced targets may be displaced again.
 #[test]
 fn times_of_moves_and_targets_displaced_twice_are_read() {
