@@ -29,8 +29,9 @@ pub fn becomes(dialect: Dialect, text: &str) -> Becomes {
         | Effect::Frame(_)
         | Effect::Weave
         | Effect::WeaveEnd
-        | Effect::Abort => Becomes::Executed,
-        Effect::Stops | Effect::Ahead(_) => Becomes::Executed,
+        | Effect::Abort
+        | Effect::Stops
+        | Effect::Ahead(_) => Becomes::Executed,
         Effect::Wait | Effect::Pause | Effect::Passive => Becomes::Passed,
         Effect::Shapes(_) => Becomes::Told,
     }
