@@ -14,6 +14,19 @@ pub(crate) fn strip_prefix<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
         .then(|| &text[prefix.len()..])
 }
 
+/// `text` before its last word, where that is `word`.
+pub(crate) fn before_last_word<'a>(text: &'a str, word: &str) -> Option<&'a str> {
+    let at = text.len().checked_sub(word.len())?;
+    let last = text.get(at..)?;
+    last.eq_ignore_ascii_case(word).then(|| text[..at].trim())
+}
+
+/// Whether a text is the name of a variable, or of a component of one, such as `p10.trans.z`.
+pub(crate) fn is_variable(text: &str) -> bool {
+    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
+    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(part)
+}
+
 /// The next word up to white space outside brackets and quotes, and what follows it.
 pub(crate) fn word(text: &str) -> Option<(&str, &str)> {
     let text = text.trim_start();

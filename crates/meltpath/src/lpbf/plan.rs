@@ -27,7 +27,7 @@ pub struct Plan {
     pub work: Work,
     /// What was said of the part.
     pub warnings: Vec<Warning>,
-    /// What closed contours of a file's layers enclose; see [`enclosed`].
+    /// What closed contours of a file's layers enclose, and no mark comes near.
     pub enclosed: Option<Check>,
 }
 

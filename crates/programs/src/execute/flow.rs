@@ -7,6 +7,7 @@ use super::effect::first_word;
 use super::{Machine, ProgramError, Refusal};
 use crate::fanuc_ls::parse_instruction;
 use crate::program::Instruction;
+use crate::scan::before_last_word;
 
 /// Calls within calls that are followed.
 const DEEPEST: usize = 64;
@@ -86,13 +87,6 @@ fn logic(text: &str) -> Option<Logic<'_>> {
 /// Whether a line is one of logic.
 pub(super) fn is_logic(text: &str) -> bool {
     logic(text).is_some()
-}
-
-/// `text` before its last word, where that is `word`.
-fn before_last_word<'a>(text: &'a str, word: &str) -> Option<&'a str> {
-    let at = text.len().checked_sub(word.len())?;
-    let last = text.get(at..)?;
-    last.eq_ignore_ascii_case(word).then(|| text[..at].trim())
 }
 
 /// What stands before and after the first comma outside brackets; where there is none, after the parenthesis that opens the text.

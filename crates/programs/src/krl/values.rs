@@ -6,7 +6,7 @@ use super::data::coordinates;
 use super::list::{List, capital};
 use crate::expression::{Quotient, Spelling};
 use crate::program::Coordinates;
-use crate::scan::{finite, identifier, strip_word, uncommented};
+use crate::scan::{before_last_word, finite, identifier, is_variable, strip_word, uncommented};
 use crate::unrolled::{Language, Place, Statement, Step, unrolled};
 
 /// Words of lines that set no variable, beside assignments to the controller's own.
@@ -63,7 +63,7 @@ impl Language for Krl<'_> {
         }
         let text = uncommented(text);
         if let Some((name, value)) = text.split_once('=')
-            && is_name(name.trim())
+            && is_variable(name.trim())
             && !ACTS.contains(&name.trim().to_ascii_uppercase().as_str())
         {
             return Step::Set(name.trim(), value.trim());
@@ -81,7 +81,7 @@ impl Language for Krl<'_> {
             "UNTIL" => return Step::Until(rest),
             "LOOP" => return Step::Loop,
             "EXIT" => return Step::Leave,
-            "IF" => return strip_end(rest, "THEN").map_or(Step::Opens, Step::If),
+            "IF" => return before_last_word(rest, "THEN").map_or(Step::Opens, Step::If),
             "ELSE" => return Step::Else,
             "SWITCH" => return Step::Opens,
             "GOTO" => return Step::Jumps,
@@ -118,19 +118,6 @@ impl Language for Krl<'_> {
     }
 }
 
-/// A variable, or a number of one.
-fn is_name(text: &str) -> bool {
-    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
-    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(part)
-}
-
-/// What stands before the last word.
-fn strip_end<'t>(text: &'t str, word: &str) -> Option<&'t str> {
-    let at = text.len().checked_sub(word.len())?;
-    let last = text.get(at..)?;
-    last.eq_ignore_ascii_case(word).then(|| text[..at].trim())
-}
-
 /// `i=1 TO 10 STEP 2`
 fn counts(text: &str) -> Option<Step<'_>> {
     let (name, range) = text.split_once('=')?;
@@ -141,7 +128,7 @@ fn counts(text: &str) -> Option<Step<'_>> {
         Some(step) => (&to[..step], &to[step + 6..]),
         None => (to, "1"),
     };
-    is_name(name.trim()).then_some(Step::For(name.trim(), [from, to], Some(by)))
+    is_variable(name.trim()).then_some(Step::For(name.trim(), [from, to], Some(by)))
 }
 
 /// `DECL INT i,j`, `REAL h=2.2`, `E6POS XP`.
@@ -154,7 +141,7 @@ fn declares(text: &str) -> Option<Step<'_>> {
         Some((name, value)) => (name.trim(), Some(value.trim())),
         None => (rest, None),
     };
-    let all = names.split(',').map(str::trim).all(is_name);
+    let all = names.split(',').map(str::trim).all(is_variable);
     (all && !names.contains('[')).then_some(Step::Declare(names, value))
 }
 

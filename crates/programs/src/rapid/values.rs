@@ -8,7 +8,7 @@ use super::statements::Statement;
 use crate::expression::{Quotient, Spelling};
 use crate::orientation::quaternion_of;
 use crate::program::Coordinates;
-use crate::scan::{finite, identifier, strip_word};
+use crate::scan::{before_last_word, finite, identifier, is_variable, strip_word};
 use crate::unrolled::{Language, Place, Step, unrolled};
 
 /// Instructions that set no variable.
@@ -75,7 +75,7 @@ impl Language for Rapid<'_> {
             return Step::Acts;
         }
         if let Some((name, value)) = text.split_once(":=")
-            && is_name(name.trim())
+            && is_variable(name.trim())
         {
             return Step::Set(name.trim(), value.trim());
         }
@@ -85,17 +85,19 @@ impl Language for Rapid<'_> {
         match word.as_str() {
             "VAR" | "PERS" | "CONST" => return declares(rest).unwrap_or(Step::Calls),
             "FOR" => return counts(rest).unwrap_or(Step::Opens),
-            "WHILE" => return before(rest, "DO").map_or(Step::Opens, Step::While),
-            "IF" => return before(rest, "THEN").map_or(Step::Calls, Step::If),
-            "ELSEIF" => return before(rest, "THEN").map_or(Step::Opens, Step::ElseIf),
+            "WHILE" => return before_last_word(rest, "DO").map_or(Step::Opens, Step::While),
+            "IF" => return before_last_word(rest, "THEN").map_or(Step::Calls, Step::If),
+            "ELSEIF" => return before_last_word(rest, "THEN").map_or(Step::Opens, Step::ElseIf),
             "ELSE" => return Step::Else,
             "TEST" => return Step::Opens,
             "GOTO" => return Step::Jumps,
             "ENDFOR" | "ENDWHILE" | "ENDIF" | "ENDTEST" => return Step::End,
-            "INCR" if is_name(rest) => return Step::Add(rest, "1"),
-            "DECR" if is_name(rest) => return Step::Add(rest, "-1"),
+            "INCR" if is_variable(rest) => return Step::Add(rest, "1"),
+            "DECR" if is_variable(rest) => return Step::Add(rest, "-1"),
             "ADD" => {
-                if let Some((name, by)) = rest.split_once(',').filter(|(n, _)| is_name(n.trim())) {
+                if let Some((name, by)) =
+                    rest.split_once(',').filter(|(n, _)| is_variable(n.trim()))
+                {
                     return Step::Add(name.trim(), by);
                 }
             }
@@ -143,19 +145,6 @@ impl Language for Rapid<'_> {
     }
 }
 
-/// A variable, or a number of one.
-fn is_name(text: &str) -> bool {
-    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
-    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(part)
-}
-
-/// What stands before the last word.
-fn before<'t>(text: &'t str, word: &str) -> Option<&'t str> {
-    let at = text.len().checked_sub(word.len())?;
-    let last = text.get(at..)?;
-    last.eq_ignore_ascii_case(word).then(|| text[..at].trim())
-}
-
 /// What stands before and behind a word.
 fn round<'t>(text: &'t str, word: &str) -> Option<(&'t str, &'t str)> {
     let upper = text.to_ascii_uppercase();
@@ -165,10 +154,10 @@ fn round<'t>(text: &'t str, word: &str) -> Option<(&'t str, &'t str)> {
 
 /// `i FROM 1 TO 10 STEP 2 DO`
 fn counts(text: &str) -> Option<Step<'_>> {
-    let (name, range) = round(before(text, "DO")?, "FROM")?;
+    let (name, range) = round(before_last_word(text, "DO")?, "FROM")?;
     let (from, to) = round(range, "TO")?;
     let (to, by) = round(to, "STEP").map_or((to, None), |(to, by)| (to, Some(by)));
-    is_name(name).then_some(Step::For(name, [from, to], by))
+    is_variable(name).then_some(Step::For(name, [from, to], by))
 }
 
 /// `num h:=2`, which is 0 where nothing is said, or `robtarget p:=…`.
@@ -179,7 +168,7 @@ fn declares(text: &str) -> Option<Step<'_>> {
         Some((name, value)) => (name.trim(), Some(value.trim())),
         None => (rest.trim(), number.map(|_| "0")),
     };
-    is_name(name).then_some(Step::Declare(name, value))
+    is_variable(name).then_some(Step::Declare(name, value))
 }
 
 /// The numbers of a target.
