@@ -2,7 +2,7 @@
 //!
 //! Least squares with prior knowledge. Each evaluation is a simulation, so that few are made; sizes on voxels go by steps, in which a search along
 //! slopes is caught. So the whole of what was believed before is looked at first: a smooth course of each prediction is laid through places
-//! spread over it, and the cost on that course is known everywhere ([`super::belief`]). Then more places, where the course believes the
+//! spread over it, and the cost on that course is known everywhere (`belief`). Then more places, where the course believes the
 //! parameters, refine it there. Values are those of the least cost; uncertainties are integrals over all that may be, so that a bent valley,
 //! a bound that cuts it off, measurements, priors and the model's own steps are all in them.
 
