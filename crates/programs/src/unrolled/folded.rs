@@ -21,7 +21,16 @@ impl<L: Language> Run<'_, L> {
         if !names(text).any(known) {
             return text.to_owned();
         }
-        self.part(text, DEEPEST)
+        // the first word says what is done, whatever variable has its name
+        let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
+        let (verb, rest) = text.split_at(text.find(|c| !part(c)).unwrap_or(text.len()));
+        if verb.is_empty() || !(rest.is_empty() || rest.starts_with(' ')) {
+            return self.part(text, DEEPEST);
+        }
+        match rest.trim() {
+            "" => text.to_owned(),
+            rest => format!("{verb} {}", self.part(rest, DEEPEST)),
+        }
     }
 
     /// The parts between commas.
