@@ -390,6 +390,10 @@ impl Routine {
             _ => None,
         };
         let (target, _) = next()?;
+        // no place is a text
+        if target.contains('"') || via.is_some_and(|via| via.contains('"')) {
+            return None;
+        }
         let (speed, _) = next()?;
         let (mut seam, mut weld, mut told) = (None, None, Vec::new());
         if stage.is_some() {
