@@ -15,7 +15,7 @@ mod parse;
 mod select;
 mod switched;
 mod tables;
-mod values;
+mod variables;
 mod words;
 mod write;
 

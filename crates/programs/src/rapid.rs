@@ -11,7 +11,7 @@ mod declared;
 mod parse;
 mod seam;
 mod statements;
-mod values;
+mod variables;
 mod words;
 mod write;
 

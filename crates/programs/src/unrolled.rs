@@ -19,6 +19,8 @@ const DEEPEST: usize = 64;
 pub(crate) enum Step<'t> {
     /// Makes a variable of the routine's own, or several with commas between, with what it holds first.
     Declare(&'t str, Option<&'t str>),
+    /// The same of variables of whole numbers: how others are rounded to them hangs on the language.
+    DeclareWhole(&'t str, Option<&'t str>),
     /// Gives a variable, or one of its numbers, what an expression says.
     Set(&'t str, &'t str),
     /// Adds what an expression says to a variable.
@@ -74,18 +76,23 @@ pub(crate) type Statement = (u32, String);
 pub(crate) fn unrolled<L: Language>(
     language: &L,
     constants: &BTreeMap<String, f64>,
-    statements: &[Statement],
+    statements: Vec<Statement>,
 ) -> Vec<Statement> {
-    let whole = statements.to_vec();
+    run_through(language, constants, &statements).unwrap_or(statements)
+}
+
+fn run_through<L: Language>(
+    language: &L,
+    constants: &BTreeMap<String, f64>,
+    statements: &[Statement],
+) -> Option<Vec<Statement>> {
     let steps: Vec<Step<'_>> = statements.iter().map(|s| language.step(&s.1)).collect();
     let said = |s: &Step<'_>| !matches!(s, Step::Acts | Step::Calls | Step::Opens | Step::End);
     let hangs = !constants.is_empty() || steps.iter().any(said);
     if !hangs || steps.contains(&Step::Jumps) {
-        return whole;
+        return None;
     }
-    let Some(ends) = ends(&steps) else {
-        return whole;
-    };
+    let ends = ends(&steps)?;
     let mut run = Run {
         language,
         statements,
@@ -101,6 +108,7 @@ pub(crate) fn unrolled<L: Language>(
         },
         constants: constants.keys().cloned().collect(),
         own: BTreeSet::new(),
+        whole: BTreeSet::new(),
         places: BTreeMap::new(),
         changed: BTreeSet::new(),
         shared: BTreeSet::new(),
@@ -108,11 +116,8 @@ pub(crate) fn unrolled<L: Language>(
         left: MOST,
     };
     run.shared = run.shared();
-    match run.all(0..statements.len()) {
-        Some(After::Next) => run.out,
-        // a loop is left where none is, or goes on for ever
-        _ => whole,
-    }
+    // else a loop is left where none is, or goes on for ever
+    (run.all(0..statements.len())? == After::Next).then_some(run.out)
 }
 
 /// Of each statement that opens a block where the block's next part begins, or where it ends; of others their own.
@@ -158,6 +163,8 @@ struct Run<'a, L> {
     constants: BTreeSet<String>,
     /// Variables that the routine declares.
     own: BTreeSet<String>,
+    /// Those of whole numbers.
+    whole: BTreeSet<String>,
     /// What follows the names of places that are known.
     places: BTreeMap<String, Vec<&'static str>>,
     /// Variables that are set in blocks of which nothing is known, such as functions within functions: whenever these run.
@@ -180,6 +187,7 @@ impl<L: Language> Run<'_, L> {
     /// The variables that a statement sets.
     fn set_by(&self, at: usize) -> Vec<String> {
         let (Step::Declare(names, _)
+        | Step::DeclareWhole(names, _)
         | Step::Set(names, _)
         | Step::Add(names, _)
         | Step::For(names, ..)) = self.steps[at]
@@ -197,7 +205,12 @@ impl<L: Language> Run<'_, L> {
             self.left = self.left.checked_sub(1)?;
             let end = self.ends[at];
             match self.steps[at] {
-                Step::Declare(name, value) => self.declare(at, name, value),
+                Step::Declare(names, value) => self.declare(at, names, value),
+                Step::DeclareWhole(names, value) => {
+                    let keys = self.set_by(at);
+                    self.whole.extend(keys);
+                    self.declare(at, names, value);
+                }
                 Step::Set(name, value) => self.set(at, name, value),
                 Step::Add(name, by) => self.set(at, name, &format!("{name}+({by})")),
                 Step::For(..) | Step::While(_) | Step::Repeat | Step::Loop => {
@@ -257,7 +270,7 @@ impl<L: Language> Run<'_, L> {
         let calls = range.filter(|at| {
             matches!(
                 self.steps[*at],
-                Step::Calls | Step::Declare(..) | Step::Set(..)
+                Step::Calls | Step::Declare(..) | Step::DeclareWhole(..) | Step::Set(..)
             )
         });
         let named: BTreeSet<String> = calls
@@ -319,8 +332,11 @@ impl<L: Language> Run<'_, L> {
         if let Some(number) = self.memory.number(&value) {
             let element = base != key;
             // one of the numbers of a place that is not known whole stands for nothing
-            let shared = self.shared.contains(&base);
-            if !shared && (!element || self.memory.names.values.contains_key(&key)) {
+            let rounded = self.whole.contains(&base) && number.fract() != 0.0;
+            if !self.shared.contains(&base)
+                && !rounded
+                && (!element || self.memory.names.values.contains_key(&key))
+            {
                 // as in decimals: what controllers round is less than their digits tell
                 self.memory.names.values.insert(key, scaled(number, 1.0));
                 if element {
@@ -388,7 +404,13 @@ impl<L: Language> Run<'_, L> {
             None if to < from => -1.0,
             None => 1.0,
         };
-        (by != 0.0).then_some([from, to, by])
+        let all = [from, to, by];
+        let counts = match self.language.quotient() {
+            Quotient::Fraction => true,
+            // where types tell numbers apart, counters are whole
+            Quotient::Unknown => all.iter().all(|v| v.fract() == 0.0),
+        };
+        (by != 0.0 && counts).then_some(all)
     }
 
     /// Runs a loop.

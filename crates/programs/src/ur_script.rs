@@ -4,7 +4,7 @@
 //! computed (`get_inverse_kin` with them), so a robot must be named. Accelerations are the controller's own.
 
 mod parse;
-mod values;
+mod variables;
 mod words;
 mod write;
 

@@ -73,14 +73,24 @@ pub(super) fn warn(records: &Records, beads: &[Recorded], reporter: &Reporter) {
                 "look at the bead there: no metal was laid",
             );
         }
-        if steady.dark > 0.0 || steady.unfed > 0.0 {
+        if steady.dark > 0.0 {
             reporter.warn(
                 "arc-out",
                 format!(
-                    "{name}: no arc for {:.2} s in short breaks, no wire feed written for {:.2} s",
-                    steady.dark, steady.unfed
+                    "{name}: no arc for {:.2} s in short breaks, which are not left out of the means",
+                    steady.dark
                 ),
-                "look at the bead and at the logger; write from and to of a piece that is whole",
+                "look at the bead there, and write from and to of a piece that burns",
+            );
+        }
+        if steady.unfed > 0.0 {
+            reporter.warn(
+                "samples-missing",
+                format!(
+                    "{name}: no wire feed is written for {:.2} s; its mean is of the rest",
+                    steady.unfed
+                ),
+                "look at the logger, or write from and to of a piece with feed",
             );
         }
         if steady.missing > 0.0 {

@@ -28,8 +28,8 @@ pub(super) fn clipped(column: &[f64], taken: &[usize]) -> (usize, f64) {
     (distinct, share)
 }
 
-/// The greater share of two channels; all of them where one shows one value while the other changes.
-pub(super) fn together([a, b]: [(usize, f64); 2]) -> f64 {
+/// The worse share of two channels; all of them where one shows one value while the other changes.
+pub(super) fn worse([a, b]: [(usize, f64); 2]) -> f64 {
     let stands = |this: usize, other: usize| this == 1 && other >= FINE;
     if stands(a.0, b.0) || stands(b.0, a.0) {
         1.0

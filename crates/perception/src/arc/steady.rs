@@ -1,7 +1,7 @@
 //! Where an arc burns steadily in a record, and the means over it.
 
 use super::ArcError;
-use super::range::{clipped, together};
+use super::range::{clipped, worse};
 use super::samples::Samples;
 
 /// An arc is out where its current stays below that of an arc for so long, s: some three cycles of short-circuit transfer.
@@ -207,13 +207,15 @@ pub fn steady(file: &str, samples: &Samples, cut: Cut) -> Result<Steady, ArcErro
         }
     };
     let clipped = [&samples.voltage, &samples.current].map(|c| clipped(c, &taken));
-    let unfed = parts.iter().filter(|p| p.time > 0.0 && p.fed_time == 0.0);
+    let unfed = parts
+        .iter()
+        .filter(|p| feed.is_some() && p.time > 0.0 && p.fed_time == 0.0);
     Ok(Steady {
         burns,
         used,
         dark: dark_between(samples, &taken, cut.arc_current, (poles, voltage.value)),
-        unfed: unfed.map(|p| p.time).sum::<f64>() * f64::from(u8::from(feed.is_some())),
-        clipped: together(clipped),
+        unfed: unfed.map(|p| p.time).sum(),
+        clipped: worse(clipped),
         missing: holes.map(|k| samples.gap(k) + empty(k)).sum(),
         out,
         samples: taken.len(),

@@ -272,7 +272,7 @@ pub fn plan_layers(
             }
         })
         .collect();
-    let mut plans = each.concat();
+    let mut plans: Vec<_> = each.into_iter().flatten().collect();
     plans.sort_by_key(|(layer, _)| *layer);
     plans.into_iter().map(|(_, plan)| plan).collect()
 }

@@ -9,7 +9,7 @@ use super::data::{coordinates, turned_round};
 use super::entries::{Entry, Listed, entry};
 use super::list::{List, capital, holds, list};
 use super::tables::{self, Tables};
-use super::values;
+use super::variables::{Krl, constants};
 use super::words::WeaveAmplitude;
 use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
@@ -21,7 +21,7 @@ use crate::program::{
 };
 use crate::said_frames::{SetFrame, Which};
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncommented};
-use crate::unrolled::Statement;
+use crate::unrolled::{Statement, unrolled};
 
 /// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `arc_values` is how many
 /// of ArcTech's channels mean something in this cell, `amplitude` what that of a weave is.
@@ -47,7 +47,7 @@ pub fn read(
         open: None,
         application: Vec::new(),
     };
-    let constants = values::constants(&list, &code);
+    let constants = constants(&list, &code);
     let mut at = 0;
     while let Some(line) = lines.get(at) {
         at += 1;
@@ -59,7 +59,7 @@ pub fn read(
             let numbered = (at as u32 + 1..).zip(body.map(|l| (*l).to_owned()));
             let body: Vec<Statement> = numbered.collect();
             at += body.len();
-            for (n, line) in values::run_through(&list, &constants, &body) {
+            for (n, line) in unrolled(&Krl(&list), &constants, body) {
                 reader.line(n, &line);
             }
         }

@@ -7,7 +7,7 @@ use meltpath_toolpath::Weave;
 use super::data::{self, Value, WeldData};
 use super::declared::{Declared, declared, displaced, is_pose};
 use super::statements::{Statement, statements};
-use super::values;
+use super::variables;
 use crate::collected::Collected;
 use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, decoded};
@@ -44,7 +44,7 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
         .iter()
         .map(|s| declared(&mut known, s, arc_values) == Some(true))
         .collect();
-    let constants = values::constants(&known.numbers, &all);
+    let constants = variables::constants(&known.numbers, &all);
     let mut at = 0;
     while let Some(s) = all.get(at) {
         let outside = reader.open.is_none() && reader.skipped.is_none();
@@ -60,7 +60,7 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
                 .next();
             let body = body.unwrap_or_default();
             at += body.len();
-            for s in values::run_through(&known, &constants, (&s.text, body)) {
+            for s in variables::run_through(&known, &constants, (&s.text, body)) {
                 reader.statement(&s, &known);
             }
         }

@@ -1,8 +1,10 @@
 //! A program from script. Never panics; what it does not know it keeps and lists.
 
+use std::collections::BTreeMap;
+
 use meltpath_geometry::Pose;
 
-use super::values::{self, numbers, pose_of, told};
+use super::variables::{Script, numbers, pose_numbers, pose_of};
 use super::words::ScriptWords;
 use crate::acceleration::Acceleration;
 use crate::collected::{Collected, scaled};
@@ -12,7 +14,7 @@ use crate::program::{
     Axis, Coordinates, Dialect, Instruction, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
 };
 use crate::scan::{called, duration, finite, first_word, routine_name, strip_prefix, tidy};
-use crate::unrolled::Statement;
+use crate::unrolled::{Statement, unrolled};
 
 /// Speed of a move along a path that says none, m/s: that of the script manual.
 const USUAL_SPEED: f64 = 0.25;
@@ -37,7 +39,7 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
             wanted: "end",
         })?;
         let numbered = (at as u32 + 1..).zip(body.iter().map(|l| (*l).to_owned()));
-        let statements = values::run_through(words, &numbered.collect::<Vec<_>>());
+        let statements = unrolled(&Script(words), &BTreeMap::new(), numbered.collect());
         done.push(Reader::new(name, words).read(&statements).finish(&lines));
         at += body.len() + 1;
     }
@@ -226,7 +228,7 @@ impl<'w> Reader<'w> {
             }
             None => (text, BASE),
         };
-        let [x, y, z, a, b, c] = told(pose)?;
+        let [x, y, z, a, b, c] = pose_numbers(pose)?;
         let place = Coordinates::Cartesian {
             config: String::new(),
             xyz: [x, y, z].map(|v| scaled(v, 1000.0)),

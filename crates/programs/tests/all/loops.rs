@@ -196,6 +196,13 @@ WAIT SEC 1");
     assert_eq!(counted.0, written.0);
     let told = |all: &[String]| all.iter().filter(|t| !t.contains("DECL")).count();
     assert_eq!(told(&counted.1), told(&written.1), "{:?}", counted.1);
+    // what is rounded to a whole number, and a counter that would be
+    let (found, told) =
+        of("DECL INT n\nn = 2.6\nLIN {X n,Y 0,Z 0,A 0,B 0,C 0}\nFOR i=1 TO 2.6\nPTP HOMEP\nENDFOR");
+    assert_eq!(found.len(), 1, "{found:?}");
+    for line in ["LIN", "FOR"] {
+        assert!(told.iter().any(|t| t.starts_with(line)), "{told:?}");
+    }
     // a whole number over another, a call that may set what the list declares, an input
     let (found, _) = of(
         "DECL INT i\ni = 5\nLIN {X i/2,Y 0,Z 0,A 0,B 0,C 0}\nXP1.Z = 7\nOther()\nLIN XP1\nFOR i=1 TO $ANIN[1]\nLIN XP1\nENDFOR",

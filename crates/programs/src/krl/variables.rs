@@ -7,7 +7,7 @@ use super::list::{List, capital};
 use crate::expression::{Quotient, Spelling};
 use crate::program::Coordinates;
 use crate::scan::{before_last_word, finite, identifier, is_variable, strip_word, uncommented};
-use crate::unrolled::{Language, Place, Statement, Step, unrolled};
+use crate::unrolled::{Language, Place, Step};
 
 /// Words of lines that set no variable, beside assignments to the controller's own.
 const ACTS: [&str; 17] = [
@@ -50,7 +50,7 @@ const AXES: [(&str, &str); 6] = [
 ];
 
 /// KRL, with what the data list says.
-struct Krl<'a>(&'a List);
+pub(super) struct Krl<'a>(pub(super) &'a List);
 
 impl Language for Krl<'_> {
     fn step<'t>(&self, text: &'t str) -> Step<'t> {
@@ -135,14 +135,19 @@ fn counts(text: &str) -> Option<Step<'_>> {
 fn declares(text: &str) -> Option<Step<'_>> {
     let rest = strip_word(text, "DECL").unwrap_or(text).trim_start();
     let rest = strip_word(rest, "GLOBAL").unwrap_or(rest).trim_start();
-    let kinds = ["INT", "REAL", "POS", "E6POS", "FRAME"];
-    let rest = kinds.iter().find_map(|kind| strip_word(rest, kind))?.trim();
+    let whole = strip_word(rest, "INT");
+    let kinds = ["REAL", "POS", "E6POS", "FRAME"];
+    let other = || kinds.iter().find_map(|kind| strip_word(rest, kind));
+    let rest = whole.or_else(other)?.trim();
     let (names, value) = match rest.split_once('=') {
         Some((name, value)) => (name.trim(), Some(value.trim())),
         None => (rest, None),
     };
     let all = names.split(',').map(str::trim).all(is_variable);
-    (all && !names.contains('[')).then_some(Step::Declare(names, value))
+    all.then_some(match whole {
+        Some(_) => Step::DeclareWhole(names, value),
+        None => Step::Declare(names, value),
+    })
 }
 
 fn numbers(place: &Coordinates) -> Option<Place> {
@@ -174,22 +179,13 @@ fn numbers(place: &Coordinates) -> Option<Place> {
     Some(all)
 }
 
-/// The lines of a routine as they run.
-pub(super) fn run_through(
-    list: &List,
-    constants: &BTreeMap<String, f64>,
-    body: &[Statement],
-) -> Vec<Statement> {
-    unrolled(&Krl(list), constants, body)
-}
-
 /// The numbers that the data list declares and that no line of the source sets.
 pub(super) fn constants(list: &List, code: &[&str]) -> BTreeMap<String, f64> {
     let krl = Krl(list);
     let steps = || code.iter().map(|line| (line, krl.step(line)));
     let sets = |name: &str| {
         steps().any(|(line, step)| match step {
-            Step::Declare(others, _) => others
+            Step::Declare(others, _) | Step::DeclareWhole(others, _) => others
                 .split(',')
                 .any(|o| o.trim().eq_ignore_ascii_case(name)),
             Step::Set(other, _) | Step::For(other, ..) => other.eq_ignore_ascii_case(name),
@@ -204,7 +200,7 @@ pub(super) fn constants(list: &List, code: &[&str]) -> BTreeMap<String, f64> {
         .rest
         .iter()
         .filter_map(|(_, line)| match declares(uncommented(line)) {
-            Some(Step::Declare(name, Some(value))) => {
+            Some(Step::Declare(name, Some(value)) | Step::DeclareWhole(name, Some(value))) => {
                 Some((name.to_ascii_lowercase(), finite(value)?))
             }
             _ => None,

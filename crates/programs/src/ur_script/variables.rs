@@ -1,7 +1,5 @@
 //! What statements of a script do to variables.
 
-use std::collections::BTreeMap;
-
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
@@ -9,7 +7,7 @@ use super::words::ScriptWords;
 use crate::expression::{Quotient, Spelling};
 use crate::orientation::{pose, rotation_vector_of, wpr_of_rotation_vector};
 use crate::scan::{self, called, first_word, identifier, strip_word};
-use crate::unrolled::{Language, Place, Statement, Step, unrolled};
+use crate::unrolled::{Language, Place, Step};
 
 /// Functions that set no variable.
 const ACTS: [&str; 22] = [
@@ -41,7 +39,7 @@ const ACTS: [&str; 22] = [
 const NUMBERS: [&str; 6] = ["[0]", "[1]", "[2]", "[3]", "[4]", "[5]"];
 
 /// Script, with the words of the cell: what they name is no variable here.
-struct Script<'w>(Option<&'w ScriptWords>);
+pub(super) struct Script<'w>(pub(super) Option<&'w ScriptWords>);
 
 impl Language for Script<'_> {
     fn step<'t>(&self, text: &'t str) -> Step<'t> {
@@ -104,7 +102,7 @@ impl Language for Script<'_> {
                     .collect(),
             );
         }
-        Some(NUMBERS.into_iter().zip(told(text)?).collect())
+        Some(NUMBERS.into_iter().zip(pose_numbers(text)?).collect())
     }
 
     fn written(&self, place: &[(&'static str, f64)]) -> String {
@@ -164,18 +162,13 @@ pub(super) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 }
 
 /// The numbers of `p[…]`, or of the sum of one and another that does not turn, `pose_add(p[…],p[…])`.
-pub(super) fn told(text: &str) -> Option<[f64; 6]> {
+pub(super) fn pose_numbers(text: &str) -> Option<[f64; 6]> {
     let Some(all) = called(text, "pose_add") else {
         return numbers(text.trim().strip_prefix('p')?);
     };
     let [a, b] = all[..] else { return None };
-    let (mut sum, by) = (told(a)?, told(b)?);
+    let (mut sum, by) = (pose_numbers(a)?, pose_numbers(b)?);
     let turns = by[3..].iter().any(|v| *v != 0.0);
     (0..3).for_each(|i| sum[i] += by[i]);
     (!turns).then_some(sum)
-}
-
-/// The lines of a function as they run. `before` stand outside of any function.
-pub(super) fn run_through(words: Option<&ScriptWords>, body: &[Statement]) -> Vec<Statement> {
-    unrolled(&Script(words), &BTreeMap::new(), body)
 }

@@ -67,7 +67,7 @@ const NUMBERS: [&str; 17] = [
 ];
 
 /// RAPID, with what a module declares.
-pub(super) struct Rapid<'a>(pub(super) &'a Declared);
+struct Rapid<'a>(&'a Declared);
 
 impl Language for Rapid<'_> {
     fn step<'t>(&self, text: &'t str) -> Step<'t> {
@@ -204,8 +204,8 @@ pub(super) fn run_through(
     for word in words {
         constants.remove(&word.to_ascii_lowercase());
     }
-    let body: Vec<(u32, String)> = body.iter().map(|s| (s.line, s.text.clone())).collect();
-    let all = unrolled(&Rapid(known), &constants, &body).into_iter();
+    let body = body.iter().map(|s| (s.line, s.text.clone())).collect();
+    let all = unrolled(&Rapid(known), &constants, body).into_iter();
     all.map(|(line, text)| Statement { line, text }).collect()
 }
 
