@@ -9,6 +9,7 @@ mod ascii;
 mod binary;
 mod contents;
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read, Write};
 
@@ -146,14 +147,19 @@ impl<R: BufRead> Reader<R> {
 }
 
 impl<R> Reader<R> {
-    /// Fewer layers than the header tells: what is missing would be built by nobody.
-    fn cut_short(&self) -> Option<CliError> {
-        let (told, held) = (self.told?, self.filling.count());
-        (u64::from(held) < told).then(|| {
-            header_error(&format!(
-                "$$LAYERS tells {told} layers, the file holds {held}: it is cut short; export it again, or correct $$LAYERS"
-            ))
-        })
+    /// Other layers than the header tells: what is missing would be built by nobody, what is too much by mistake. A header that tells none
+    /// was written before they were counted.
+    fn miscounted(&self) -> Option<CliError> {
+        let told = self.told.filter(|told| *told > 0)?;
+        let held = u64::from(self.filling.count());
+        let why = match held.cmp(&told) {
+            Ordering::Equal => return None,
+            Ordering::Less => "it is cut short",
+            Ordering::Greater => "some are not meant, or were added",
+        };
+        Some(header_error(&format!(
+            "$$LAYERS tells {told} layers, the file holds {held}: {why}; export it again, or correct $$LAYERS"
+        )))
     }
 }
 
@@ -165,7 +171,7 @@ impl<R: BufRead> Iterator for Reader<R> {
             State::Layers => {}
             State::Counted => {
                 self.state = State::Over;
-                return self.cut_short().map(Err);
+                return self.miscounted().map(Err);
             }
             State::Over => return None,
         }

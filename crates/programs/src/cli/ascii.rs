@@ -55,7 +55,7 @@ impl<R: BufRead> Commands<R> {
         self.lines
     }
 
-    /// Reads up to the next `$$`, or to the end.
+    /// Reads up to the next `$$` outside of comments, or to the end.
     fn read(&mut self) -> io::Result<()> {
         self.piece.clear();
         loop {
@@ -68,7 +68,10 @@ impl<R: BufRead> Commands<R> {
             if self.from.fill_buf()?.first() == Some(&b'$') {
                 self.from.consume(1);
                 self.piece.pop();
-                return Ok(());
+                if !in_comment(&self.piece) {
+                    return Ok(());
+                }
+                self.piece.extend_from_slice(b"$$");
             }
         }
     }
@@ -90,6 +93,17 @@ impl<R: BufRead> Commands<R> {
         let text = self.piece.iter().map(|&b| char::from(b)).collect();
         Ok(Some(Command { text, line }))
     }
+}
+
+/// Whether what follows a piece stands in a comment: one ends with double slashes, or with its line.
+fn in_comment(piece: &[u8]) -> bool {
+    let line = piece.rsplit(|b| *b == b'\n').next().unwrap_or_default();
+    let (mut inside, mut rest) = (false, line);
+    while let Some(at) = rest.windows(2).position(|pair| pair == b"//") {
+        inside = !inside;
+        rest = &rest[at + 2..];
+    }
+    inside
 }
 
 /// Reads up to the end of a layer; `None` where the file ends.

@@ -138,7 +138,16 @@ struct Row {
     height: Option<f64>,
 }
 
-/// Reads a vector list: an iterator over its layers. A vector continues the pass of the one before where role and part are the
+impl Row {
+    /// Whether it is a mark without length from here, on which the light does not wait.
+    fn is_nothing(&self, from: DVec3) -> bool {
+        let marks = self.role.is_some_and(Role::deposits);
+        let [.., (_, wait)] = self.values;
+        marks && self.end == from && wait.is_none_or(|wait| wait == 0.0)
+    }
+}
+
+/// Reads a vector list: an iterator over its layers. Marks without length on which the light does not wait are nothing. A vector continues the pass of the one before where role and part are the
 /// same. Each layer begins with a jump that goes nowhere: where the head stands. What a line leaves blank the pass leaves
 /// unsaid.
 ///
@@ -280,6 +289,9 @@ impl<R: BufRead> Reader<R> {
             if row.height.is_some_and(|h| h != layer.height) {
                 return Err(wrong(&row, format!("layer {number} has two heights")));
             }
+            if row.is_nothing(at) {
+                continue;
+            }
             let same = pass == (role, row.part);
             pass = (role, row.part);
             if !same {
@@ -373,4 +385,21 @@ fn row(heading: &Heading, text: &str, line: usize) -> Result<Row, String> {
         layer: fields.count(8)?,
         height: fields.number(9)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Marks without length light nothing, but for those on which the light waits.
+    #[test]
+    fn marks_without_length_are_nothing_unless_the_light_waits() {
+        let text = "kind,x_mm,y_mm,wait_s\nstart,1,1,\nfill,1,1,\nfill,1,1,0\nfill,5,1,\nfill,5,1,\nfill,5,1,0.001\n";
+        let mut list = Reader::new(text.as_bytes()).unwrap();
+        let layer = list.next().unwrap().unwrap();
+        let lines: Vec<_> = layer.passes().skip(1).map(|p| p.points.to_vec()).collect();
+        let [from, to] = [DVec3::new(1.0, 1.0, 0.0), DVec3::new(5.0, 1.0, 0.0)];
+        assert_eq!(lines, [vec![from, to, to]]);
+        assert!(list.next().is_none());
+    }
 }

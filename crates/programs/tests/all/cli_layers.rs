@@ -69,10 +69,9 @@ fn short_binary_commands_read() {
     assert!(error.contains("ends inside"), "{error}");
 }
 
-/// The side of the solid follows from the points; arcs become chords, and jumps are left out.
-/// A file that holds fewer layers than its header tells was cut short: the layers that it holds come, then the refusal, once.
+/// A file that holds other layers than its header tells was cut short, or holds what is not meant: its layers come, then the refusal, once.
 #[test]
-fn a_file_cut_between_layers_is_refused() {
+fn a_file_of_other_layers_than_its_header_tells_is_refused() {
     let layers: Vec<Layer> = (1..=3)
         .map(|number| {
             let mut layer = Layer::new(number, 0.03 * f64::from(number));
@@ -81,7 +80,7 @@ fn a_file_cut_between_layers_is_refused() {
         })
         .collect();
     for form in [Form::Ascii, Form::Binary] {
-        for told in [None, Some(2), Some(3), Some(8)] {
+        for told in [None, Some(0), Some(2), Some(3), Some(8)] {
             let mut bytes = Vec::new();
             let mut writer = Writer::new(&mut bytes, form, &parts(), told).unwrap();
             for layer in &layers {
@@ -89,17 +88,30 @@ fn a_file_cut_between_layers_is_refused() {
             }
             writer.finish().unwrap();
             let mut found: Vec<_> = Reader::new(bytes.as_slice()).unwrap().collect();
-            if told == Some(8) {
+            if let Some(told @ (2 | 8)) = told {
                 let error = found.pop().unwrap().unwrap_err().to_string();
-                assert!(
-                    error.contains("tells 8 layers, the file holds 3"),
-                    "{error}"
-                );
+                let wanted = format!("tells {told} layers, the file holds 3");
+                assert!(error.contains(&wanted), "{error}");
             }
             assert_eq!(found.iter().filter(|l| l.is_ok()).count(), 3, "{told:?}");
             assert_eq!(found.len(), 3);
         }
     }
+}
+
+/// What stands in a comment is no command; one that is not closed ends with its line.
+#[test]
+fn commands_in_comments_are_not_obeyed() {
+    let text = "$$HEADERSTART // was $$UNITS/2 //\n$$ASCII $$UNITS/1 $$HEADEREND\n$$GEOMETRYSTART\n\
+        // old: $$LAYER/9 and $$POLYLINE/1,1,2,0,0,5,5 // $$LAYER/0.1\n\
+        $$HATCHES/1,1,0,0,10,0 // not closed: $$LAYER/7\n\
+        $$HATCHES/1,1,0,1,10,1//$$HATCHES/1,1,0,2,10,2//\n$$LAYER/0.2\n$$GEOMETRYEND//$$LAYER/8//\n";
+    let layers: Vec<Layer> = Reader::new(text.as_bytes())
+        .unwrap()
+        .collect::<Result<_, _>>()
+        .unwrap();
+    let told: Vec<_> = layers.iter().map(|l| (l.height, l.len())).collect();
+    assert_eq!(told, [(0.1, 2), (0.2, 0)]);
 }
 
 #[test]
