@@ -19,38 +19,50 @@ const EVENTS: usize = 8;
 /// Points of a step at which a change of sign is looked for where one may be.
 const GRID: usize = 16;
 
-/// A value linear in the state, the voltage and the friction torque.
+/// `M` values linear in the state, the voltage and the friction torque: weights of all of them by each, as a processor takes them.
 #[derive(Debug, Clone, Copy)]
-struct Row<const N: usize> {
-    state: [f64; N],
-    voltage: f64,
-    torque: f64,
+struct Linear<const N: usize, const M: usize> {
+    state: [[f64; M]; N],
+    voltage: [f64; M],
+    torque: [f64; M],
 }
 
-impl<const N: usize> Row<N> {
-    const ZERO: Self = Row {
-        state: [0.0; N],
-        voltage: 0.0,
-        torque: 0.0,
-    };
-
-    #[inline]
-    fn of(&self, x: &[f64; N], u: f64, t: f64) -> f64 {
-        let sum: f64 = self.state.iter().zip(x).map(|(a, x)| a * x).sum();
-        sum + self.voltage * u + self.torque * t
+impl<const N: usize, const M: usize> Linear<N, M> {
+    #[inline(always)]
+    fn of(&self, x: &[f64; N], u: f64, t: f64) -> [f64; M] {
+        let mut out = [0.0; M];
+        for (column, x) in self.state.iter().zip(x) {
+            add(&mut out, column, *x);
+        }
+        add(&mut out, &self.voltage, u);
+        add(&mut out, &self.torque, t);
+        out
     }
 
-    /// A weighed sum of rows.
-    fn sum(weights: &[f64; N], rows: &[Row<N>; N]) -> Self {
-        let mut out = Row::ZERO;
-        for (w, row) in weights.iter().zip(rows) {
-            for (o, s) in out.state.iter_mut().zip(&row.state) {
-                *o += w * s;
-            }
-            out.voltage += w * row.voltage;
-            out.torque += w * row.torque;
+    /// Weighed sums of these values, one of each row of weights.
+    fn sums<const S: usize>(&self, weights: &[[f64; M]; S]) -> Linear<N, S> {
+        let of = |column: &[f64; M]| weights.each_ref().map(|row| dot(row, column));
+        Linear {
+            state: self.state.each_ref().map(of),
+            voltage: of(&self.voltage),
+            torque: of(&self.torque),
         }
-        out
+    }
+
+    /// Puts a value of another in the place of one of these.
+    fn put(&mut self, place: usize, other: &Linear<N, 1>) {
+        for (column, [weight]) in self.state.iter_mut().zip(other.state) {
+            column[place] = weight;
+        }
+        self.voltage[place] = other.voltage[0];
+        self.torque[place] = other.torque[0];
+    }
+}
+
+#[inline(always)]
+fn add<const M: usize>(out: &mut [f64; M], column: &[f64; M], by: f64) {
+    for (out, weight) in out.iter_mut().zip(column) {
+        *out += weight * by;
     }
 }
 
@@ -58,22 +70,20 @@ impl<const N: usize> Row<N> {
 #[derive(Debug, Clone)]
 struct Regime<const N: usize> {
     /// Rates of the state, per second.
-    rates: [Row<N>; N],
+    rates: Linear<N, N>,
     /// The state after a whole step.
-    whole: [Row<N>; N],
-    /// What decides on an event, in the middle of a step.
-    middle: Row<N>,
-    /// Current and angle at their instants of the step.
-    read: [Row<N>; 2],
+    whole: Linear<N, N>,
+    /// What decides on an event, in the middle of a step; current and angle at their instants of the step.
+    seen: Linear<N, 3>,
 }
 
-/// Rows of a state space with inputs voltage and torque.
-fn rows<const N: usize>(a: &Matrix, b: &Matrix) -> [Row<N>; N] {
-    std::array::from_fn(|i| Row {
-        state: std::array::from_fn(|j| a[(i, j)]),
-        voltage: b[(i, 0)],
-        torque: b[(i, 1)],
-    })
+/// A state space with inputs voltage and torque.
+fn linear<const N: usize>(a: &Matrix, b: &Matrix) -> Linear<N, N> {
+    Linear {
+        state: std::array::from_fn(|j| std::array::from_fn(|i| a[(i, j)])),
+        voltage: std::array::from_fn(|i| b[(i, 0)]),
+        torque: std::array::from_fn(|i| b[(i, 1)]),
+    }
 }
 
 impl<const N: usize> Regime<N> {
@@ -84,27 +94,35 @@ impl<const N: usize> Regime<N> {
         watch: &[f64; N],
         read: &[([f64; N], f64); 2],
     ) -> Result<Self, AxisError> {
-        let rates = rows(&a, &b);
+        let rates = linear(&a, &b);
         let outputs = Matrix::zeros(1, N);
         let motor = StateSpace::continuous(a, b, outputs, Matrix::zeros(1, 2))?;
-        let after = |share: f64| -> Result<[Row<N>; N], AxisError> {
+        let after = |share: f64| -> Result<Linear<N, N>, AxisError> {
             let held = discretise(&motor, share * period, Hold::Zero)?;
-            Ok(rows(&held.a, &held.b))
+            Ok(linear(&held.a, &held.b))
         };
-        let at = |weights: &[f64; N], share: f64| -> Result<Row<N>, AxisError> {
+        let at = |weights: &[f64; N], share: f64| -> Result<Linear<N, 1>, AxisError> {
             if share > 0.0 {
-                return Ok(Row::sum(weights, &after(share)?));
+                return Ok(after(share)?.sums(&[*weights]));
             }
-            Ok(Row {
-                state: *weights,
-                ..Row::ZERO
+            Ok(Linear {
+                state: weights.map(|weight| [weight]),
+                voltage: [0.0],
+                torque: [0.0],
             })
         };
+        let mut seen = Linear {
+            state: [[0.0; 3]; N],
+            voltage: [0.0; 3],
+            torque: [0.0; 3],
+        };
+        seen.put(0, &at(watch, 0.5)?);
+        seen.put(1, &at(&read[0].0, read[0].1)?);
+        seen.put(2, &at(&read[1].0, read[1].1)?);
         Ok(Regime {
             rates,
             whole: after(1.0)?,
-            middle: at(watch, 0.5)?,
-            read: [at(&read[0].0, read[0].1)?, at(&read[1].0, read[1].1)?],
+            seen,
         })
     }
 }
@@ -129,6 +147,7 @@ pub(super) struct Drive<const N: usize> {
     zero: f64,
 }
 
+#[inline]
 fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -216,24 +235,20 @@ impl<const N: usize> Drive<N> {
         };
         for (k, &u) in voltage.iter().enumerate() {
             let (regime, torque) = self.regime(way);
-            let next: [f64; N] = std::array::from_fn(|i| regime.whole[i].of(&x, u, torque));
+            let next = regime.whole.of(&x, u, torque);
+            let [middle, current, angle] = regime.seen.of(&x, u, torque);
             let goes_on = self.stick.is_none() || {
                 let watched = self.watched(way);
-                let margins = [
-                    dot(watched, &x),
-                    regime.middle.of(&x, u, torque),
-                    dot(watched, &next),
-                ]
-                .map(|watched| self.margin(way, watched));
+                let margins = [dot(watched, &x), middle, dot(watched, &next)]
+                    .map(|watched| self.margin(way, watched));
                 // a turn between these points would bend the margin by more than what is left of it
                 let [begin, middle, end] = margins;
                 middle.min(end) > (begin - 2.0 * middle + end).abs()
             };
             if goes_on {
-                for ((out, read), (_, late, _)) in
-                    out.iter_mut().zip(&regime.read).zip(&self.channels)
-                {
-                    out[k + late] = read.of(&x, u, torque);
+                let read = [current, angle];
+                for ((out, read), (_, late, _)) in out.iter_mut().zip(read).zip(&self.channels) {
+                    out[k + late] = read;
                 }
                 x = next;
             } else {
@@ -363,8 +378,8 @@ impl<const N: usize> Drive<N> {
         for k in 1..TERMS {
             let (u, t) = if k == 1 { (u, torque) } else { (0.0, 0.0) };
             let before = out[k - 1];
-            out[k] =
-                std::array::from_fn(|i| self.period / k as f64 * regime.rates[i].of(&before, u, t));
+            let share = self.period / k as f64;
+            out[k] = regime.rates.of(&before, u, t).map(|rate| share * rate);
         }
         out
     }
