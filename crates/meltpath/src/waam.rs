@@ -6,6 +6,7 @@ pub mod error;
 mod foreign;
 pub mod judge;
 mod loaded;
+mod maker;
 pub mod plan;
 pub mod program;
 pub mod run;

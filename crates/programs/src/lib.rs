@@ -39,8 +39,8 @@ mod weave;
 mod written;
 
 pub use build::{
-    BuildError, BuildSettings, Built, Pause, Restart, Schedule, build, check_cell, dry_run,
-    laid_from, tell,
+    BuildError, BuildSettings, Built, Pause, Restart, Schedule, build, check_axes, check_cell,
+    dry_run, laid_from, tell,
 };
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{

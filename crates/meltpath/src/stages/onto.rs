@@ -81,9 +81,14 @@ pub fn load(
     let read = |path: &Path| -> Result<Part, PartError> {
         let read = part::read(path, how.unit, how.chord_error, reporter, observer)?;
         let found = diagnose(&read.mesh, &DiagnosisOptions::default(), observer)?;
-        match found.count(Defect::Intersection) {
-            0 => Ok(read),
-            _ => Err(PartError::Overlap(path.to_path_buf())),
+        let path = || path.to_path_buf();
+        match (
+            found.count(Defect::Intersection),
+            found.count(Defect::LooseEdge),
+        ) {
+            (0, 0) => Ok(read),
+            (0, edges) => Err(PartError::NotClosed(path(), edges)),
+            _ => Err(PartError::Overlap(path())),
         }
     };
     let named = |(faces, part): (&[u32], &&Path)| {

@@ -73,6 +73,9 @@ pub enum PartError {
     /// Shells that cross where inside and outside have to be told apart.
     #[error("shells of {} cross each other, so that no distance from its surface can be told: unite them in CAD, and export one solid", .0.display())]
     Overlap(PathBuf),
+    /// A surface that has edges where inside and outside have to be told apart: how many are left.
+    #[error("the surface of {} is open ({} loose edges are left), so that nobody can tell where there is metal: close the scan, with sides and bottom, in the software that made it (`meltpath inspect` tells what is open)", .0.display(), .1)]
+    NotClosed(PathBuf, u64),
     /// A surface of no triangle.
     #[error("the part {} has no surface: no triangle has an area", .0.display())]
     NoSurface(PathBuf),

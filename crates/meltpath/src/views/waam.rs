@@ -396,7 +396,8 @@ pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), Ou
             for p in toolpath.passes() {
                 let start = p.points[0];
                 csv.block(&[
-                    Values::Integer(&[i64::from(p.head.id.0)]),
+                    // as layers and beads are counted, and passes on surfaces
+                    Values::Integer(&[i64::from(p.head.id.0) + 1]),
                     Values::Integer(&[i64::from(p.layer)]),
                     Values::Text(&[format!("{:?}", p.head.role).to_lowercase()]),
                     Values::Float(&[p.length()]),

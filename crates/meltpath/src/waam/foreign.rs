@@ -195,7 +195,7 @@ impl Seen<'_> {
             checks.extend(range_check(programmed(commands, settings), settings));
         }
         checks.push(doubt::lines_check(&commands.gaps, reporter));
-        let of_arm = arm_checks(along, (parsed, commands), self.own, settings).into_iter();
+        let of_arm = arm_checks(along, (parsed, commands), settings).into_iter();
         checks.extend(of_arm.map(|check| self.stands.undecided(check)));
         checks.extend(held::checks(self.stands.site(settings), commands));
         let tilt = leaning.check(settings);
@@ -266,16 +266,9 @@ fn built(
 fn arm_checks(
     along: Option<&Result<reach::Along, NotHeld>>,
     (parsed, commands): (&[Program], &Commands),
-    own: Option<&Own>,
     settings: &Settings,
 ) -> Vec<Check> {
-    let mut checks = reach::checks(along, commands, settings);
-    // a plan of the job's own is told so where it is written
-    if own.is_none() {
-        let of_arm = checks.into_iter();
-        let other = |check| unsure::undecided_of_another_arm(check, parsed, settings);
-        checks = of_arm.map(other).collect();
-    }
+    let mut checks = reach::checks(along, (parsed, commands), settings);
     checks.extend(fixed_torch_check(&[program::spoken(parsed)], settings));
     checks
 }

@@ -175,6 +175,7 @@ pub(super) fn written(
         )?;
         otherwise.look(own, &programs, settings);
         let commands = programs.commands(settings, &silent)?;
+        otherwise.look_where(&commands, dialect);
         files.extend_from_slice(&programs.files);
         further.push((programs, commands));
     }

@@ -201,7 +201,7 @@ pub fn run(job: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outco
         (Site::flat(settings), observer),
     )?;
     checks.push(written.check);
-    let of_arm = reach::checks(along.as_ref(), &commands, settings).into_iter();
+    let of_arm = reach::checks(along.as_ref(), (&programs.parsed, &commands), settings).into_iter();
     checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
     let mut facts = build_facts(&simulation, &commands, settings);

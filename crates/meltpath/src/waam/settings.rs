@@ -22,7 +22,7 @@ use meltpath_deposition::process_map::{Bead, Law, ProcessMap, Tried};
 use meltpath_deposition::stepover::fusion_at_risk;
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::FillSettings;
-use meltpath_programs::{BuildError, Dialect, check_cell};
+use meltpath_programs::{BuildError, Dialect, check_axes, check_cell};
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 use meltpath_toolpath::Weave;
@@ -33,6 +33,7 @@ pub use self::process::Borrowed;
 use self::process::Process;
 use self::sound::sound;
 use super::judge::{GrowthError, Limits, Remedies};
+use super::maker::counts_as;
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::common::ToolpathForm;
@@ -477,14 +478,30 @@ impl Settings {
     }
 
     /// The dialect of the programs that are judged: the cell's, where its file writes one and the job asks for it; else the first that the job
-    /// asks for.
+    /// asks for of those that the arm's maker reads, or of all.
     pub fn judged(&self) -> Dialect {
         let own = &self.cell.program.dialect;
         match &self.programs[..] {
             asked if own.is_written() && asked.contains(&own.value) => own.value,
             [] => own.value,
-            [first, ..] => *first,
+            [first, ..] => {
+                let maker = self
+                    .robot
+                    .as_ref()
+                    .map_or(robot::Maker::Other, |cell| cell.maker);
+                let own = self.programs.iter().find(|d| counts_as(maker, **d));
+                *own.unwrap_or(first)
+            }
         }
+    }
+
+    /// How many axes beside the arm programs tell, as the plan chooses them anew.
+    fn free_axes(&self) -> usize {
+        let free = self.external == ExternalChoice::Free;
+        self.robot.as_ref().filter(|_| free).map_or(0, |cell| {
+            let turning = cell.positioner.as_ref().map_or(0, |p| p.joints.len());
+            usize::from(cell.track.is_some()) + turning
+        })
     }
 
     /// Whether the cell has the words for every program that the job asks for: known before anything is planned.
@@ -492,8 +509,14 @@ impl Settings {
     /// # Errors
     /// The dialect, and [`BuildError`] with the key that is missing.
     pub fn check_words(&self) -> Result<(), (Dialect, BuildError)> {
+        let program = &self.cell.program;
         let check = |&dialect: &Dialect| {
-            check_cell(&self.cell.program, dialect).map_err(|why| (dialect, why))
+            check_cell(program, dialect)
+                .and_then(|()| match self.free_axes() {
+                    0 => Ok(()),
+                    axes => check_axes(axes, program, dialect),
+                })
+                .map_err(|why| (dialect, why))
         };
         self.programs.iter().try_for_each(check)
     }

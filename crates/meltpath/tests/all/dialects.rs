@@ -8,7 +8,7 @@ use meltpath::outcome::RunFolder::NextIn;
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{LeftOpen, examine, plan_to_file, program_to_folder, run, simulate_program};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
-use meltpath_data::cells;
+use meltpath_data::{cells, find, robots};
 
 /// The shipped cell for another controller, of which nobody says how it goes round corners.
 pub(crate) fn cell(dialect: &str) -> String {
@@ -283,6 +283,51 @@ fn an_arm_that_was_checked_elsewhere_is_not_decided_about() {
                 (Status::CannotSay, undecided)
             );
             says(reach.remedy.as_ref().unwrap(), &["of the robot's file"]);
+        }
+    }
+}
+
+/// Of several programs the one that the arm's maker reads is judged, whichever comes first; what another tells elsewhere than the robot's file
+/// leaves the arm open, too, and of a program that the arm's maker does not read nothing is decided.
+#[test]
+fn of_programs_for_several_controllers_none_is_passed_over() {
+    let elsewhere = "the arm was checked elsewhere";
+    let own = "maker = \"staubli\"";
+    for (maker, programs, told) in [
+        (own, "\"fanuc-ls\", \"staubli-val3\"", elsewhere),
+        (
+            "",
+            "\"fanuc-ls\", \"staubli-val3\"",
+            "of the program for Stäubli VAL3: the arm was checked elsewhere",
+        ),
+        (
+            own,
+            "\"fanuc-ls\"",
+            "the arm that is named is another maker's",
+        ),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let home = dir.path().join("job");
+        std::fs::create_dir(&home).unwrap();
+        let cell = cell("fanuc-ls")
+            .replace("dialect = \"fanuc-ls\"\n", "")
+            .replace("part_position = [\"500 mm\"", "part_position = [\"400 mm\"");
+        std::fs::write(home.join("cell.toml"), cell).unwrap();
+        let robot = find(robots::ALL, "staubli-rx60bl").unwrap().text;
+        let robot = robot.replace("maker = \"staubli\"", maker);
+        std::fs::write(home.join("robot.toml"), robot).unwrap();
+        let machine = "cell = \"cell.toml\"\nrobot = \"robot.toml\"";
+        let rest = format!("[output]\nprograms = [{programs}]\n");
+        let outcome = run(
+            &job(&home, machine, &rest),
+            NextIn(&home.join("runs")),
+            &Silent,
+        );
+        let verdict = outcome.unwrap().verdict;
+        for id in ["reach", "collision"] {
+            let check = check(&verdict, id);
+            assert_eq!(check.status, Status::CannotSay, "{programs}: {check:?}");
+            says(&check.reason, &[told]);
         }
     }
 }

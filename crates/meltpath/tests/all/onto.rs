@@ -337,6 +337,19 @@ fn bodies_that_do_not_fit_are_refused() {
         "",
     );
     says(&refusal(&crossed), &["cross each other", "unite them"]);
+    // a scan of the upper side alone
+    let waves = |i: u32| 10.0 + 0.2 * f64::from(i % 7);
+    let at = |i: u32| DVec3::new(f64::from(i % 31) * 3.0, f64::from(i / 31) * 3.0, waves(i));
+    let squares = (0..23 * 31).filter(|i| i % 31 < 30);
+    let scan = Mesh {
+        vertices: (0..24 * 31).map(at).collect(),
+        triangles: squares
+            .flat_map(|i| [[i, i + 1, i + 32], [i, i + 32, i + 31]])
+            .collect(),
+    };
+    let pad = cuboid([20.0, 15.0, 5.0], [70.0, 55.0, 18.0]);
+    let open = job(dir.path(), &pad, &scan, "");
+    says(&refusal(&open), &["body.stl", "is open", "close the scan"]);
 }
 
 /// A trunk on a plate, a boss out of its side close above the plate, and another on the first.

@@ -43,10 +43,18 @@ impl<'a> Coordination<'a> {
                 .map(|i| p.external(i).flatten().count())
                 .max()
         };
-        let most = toolpath.passes().filter_map(|p| said(&p)).max();
-        let Some(most) = most.filter(|most| *most > 0) else {
-            return Ok(None);
-        };
+        match toolpath.passes().filter_map(|p| said(&p)).max() {
+            None | Some(0) => Ok(None),
+            Some(most) => Self::of_axes(most, cell, dialect).map(Some),
+        }
+    }
+
+    /// How `most` axes beside the arm are told.
+    fn of_axes(
+        most: usize,
+        cell: &'a CellProgramming,
+        dialect: Dialect,
+    ) -> Result<Self, BuildError> {
         let track = cell.track.as_ref();
         if let Some(track) = track {
             check_track(track, dialect)?;
@@ -60,11 +68,11 @@ impl<'a> Coordination<'a> {
             ));
         }
         let lines = positioner.map(|p| lines(p, dialect)).transpose()?;
-        Ok(Some(Coordination {
+        Ok(Coordination {
             track,
             positioner,
             lines: lines.flatten(),
-        }))
+        })
     }
 
     /// How many axes carry the arm, before those that turn the part.
@@ -87,6 +95,14 @@ impl<'a> Coordination<'a> {
         let told = turned(lines, &angles, pose(position, wpr));
         (told.position, told.wpr().to_array().map(f64::to_degrees))
     }
+}
+
+/// Whether the cell has the words for programs that tell `most` axes beside the arm: known before anything is planned.
+///
+/// # Errors
+/// [`BuildError`] with the key that is missing, or why the dialect has no such words.
+pub fn check_axes(most: usize, cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
+    Coordination::of_axes(most, cell, dialect).map(drop)
 }
 
 fn missing(dialect: Dialect, what: &'static str, key: &'static str) -> BuildError {

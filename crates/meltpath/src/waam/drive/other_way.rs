@@ -7,12 +7,18 @@ use meltpath_programs::Dialect;
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::positions::stance;
-use crate::waam::program::{Chosen, Programs, spoken};
+use crate::waam::drive::said_frames::{self, Elsewhere};
+use crate::waam::program::{Chosen, Commands, Programs, spoken};
 use crate::waam::settings::Settings;
 
 /// Programs along which the arm goes otherwise than along the one that is judged.
 #[derive(Debug, Clone, Default)]
-pub(in crate::waam) struct Otherwise(Vec<Dialect>);
+pub(in crate::waam) struct Otherwise {
+    /// Those that lead it another way.
+    ways: Vec<Dialect>,
+    /// Places that they tell elsewhere than the robot's file does.
+    elsewhere: Vec<Elsewhere>,
+}
 
 impl Otherwise {
     /// Looks at one of them beside the one that is judged. Where the dialect has no words of the arm's maker its program does not say how the arm
@@ -27,16 +33,24 @@ impl Otherwise {
         let dialect = spoken(&other.parsed);
         let says = stance(cell, dialect, [0.0; 6]).is_some();
         if says && !alike([&judged.chosen, &other.chosen], settings) {
-            self.0.push(dialect);
+            self.ways.push(dialect);
         }
     }
 
-    /// Takes from the check of CONFIG what does not hold for all programs.
+    /// Looks at where one of them says that part and torch are.
+    pub(in crate::waam) fn look_where(&mut self, commands: &Commands, dialect: Dialect) {
+        let of_program = |e: &Elsewhere| e.of_program(dialect);
+        self.elsewhere
+            .extend(commands.elsewhere.iter().map(of_program));
+    }
+
+    /// Takes from a check of the arm what does not hold for all programs.
     pub(in crate::waam) fn undecided(&self, check: Check, settings: &Settings) -> Check {
-        if check.id != "config" || self.0.is_empty() || check.status == Status::Fail {
+        let check = said_frames::undecided(check, &self.elsewhere);
+        if check.id != "config" || self.ways.is_empty() || check.status == Status::Fail {
             return check;
         }
-        let names: Vec<&str> = self.0.iter().map(|d| d.name()).collect();
+        let names: Vec<&str> = self.ways.iter().map(|d| d.name()).collect();
         let judged = settings.judged();
         let undecided = Check {
             status: Status::CannotSay,
@@ -48,7 +62,7 @@ impl Otherwise {
             names.join(", "),
             judged.name()
         );
-        let words = self.0.first().map_or("", |d| d.word());
+        let words = self.ways.first().map_or("", |d| d.word());
         let checks = undecided.because(&told);
         let checks = match &check.reason[..] {
             "" => checks,

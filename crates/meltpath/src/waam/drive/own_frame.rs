@@ -13,7 +13,8 @@ use meltpath_programs::{Dialect, Program};
 use meltpath_robot::cell::{Cell, Maker};
 
 use crate::waam::drive::said_frames::same;
-use crate::waam::program::by_joints::{counts_as, holds};
+use crate::waam::maker::counts_as;
+use crate::waam::program::by_joints::holds;
 use crate::waam::settings::Settings;
 
 /// Tells the moves of programs that lie in the robot's own frame in that of the part, as far as it is known how these lie to each other, and notes it.

@@ -26,7 +26,7 @@ use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::drive::way::task;
-use crate::waam::program::by_joints::counts_as;
+use crate::waam::maker::counts_as;
 use crate::waam::program::{self, Commands};
 use crate::waam::settings::Settings;
 
@@ -176,7 +176,7 @@ pub(in crate::waam) fn turned(
 /// The checks of reach, joint speeds, collision and CONFIG.
 pub(in crate::waam) fn checks(
     along: Option<&Result<Along, NotHeld>>,
-    moves: &Commands,
+    (programs, moves): (&[Program], &Commands),
     settings: &Settings,
 ) -> Vec<Check> {
     let (Some(along), Some(cell)) = (along, &settings.robot) else {
@@ -219,7 +219,8 @@ pub(in crate::waam) fn checks(
     };
     let undecided = |check| {
         let check = said_frames::undecided(check, &moves.elsewhere);
-        unsure::undecided(check, &moves.gaps, &moves.unsure)
+        let check = unsure::undecided(check, &moves.gaps, &moves.unsure);
+        unsure::undecided_of_another_arm(check, programs, settings)
     };
     checks.into_iter().map(undecided).collect()
 }

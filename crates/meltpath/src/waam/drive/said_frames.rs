@@ -10,7 +10,8 @@ use meltpath_programs::held::Holds;
 use meltpath_programs::{Control, Dialect, Program};
 use meltpath_robot::cell::{Cell, Values};
 
-use crate::waam::program::by_joints::{counts_as, holds, standing};
+use crate::waam::maker::counts_as;
+use crate::waam::program::by_joints::{holds, standing};
 use crate::waam::settings::Settings;
 
 /// Places that differ by no more are one: mm, and rad. Programs are written to 1 µm and 0.0001°.
@@ -23,6 +24,16 @@ pub(in crate::waam) struct Elsewhere {
     pub(super) reason: String,
     /// What to write where.
     pub(super) remedy: String,
+}
+
+impl Elsewhere {
+    /// The same of a program that is delivered beside the one that is judged.
+    pub(super) fn of_program(&self, dialect: Dialect) -> Self {
+        Elsewhere {
+            reason: format!("of the program for {}: {}", dialect.name(), self.reason),
+            remedy: self.remedy.clone(),
+        }
+    }
 }
 
 /// What is compared.

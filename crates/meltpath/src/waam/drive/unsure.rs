@@ -10,7 +10,7 @@ use meltpath_programs::{Dialect, Gap, Open, Program, Reading};
 use meltpath_toolpath::Move;
 
 use crate::waam::drive::own_frame::beside_part;
-use crate::waam::program::by_joints::counts_as;
+use crate::waam::maker::counts_as;
 use crate::waam::settings::Settings;
 
 /// Something that leaves open where the arm goes.
@@ -445,7 +445,7 @@ pub(in crate::waam) fn undecided_of_another_arm(
             program.dialect.name(),
             cell.name
         ),
-        remedy: "name an arm of this controller's maker in the job (machine.robot; `maker` of the robot's file)".to_owned(),
+        remedy: "name an arm of this controller's maker in the job (machine.robot; `maker` of the robot's file), or ask for programs that the arm's reads (output.programs)".to_owned(),
     };
     open(check, &[&unsure])
 }

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use meltpath_geometry::Pose;
 use meltpath_programs::held::{Holds, Standing};
 use meltpath_programs::program::{Axis, Coordinates};
-use meltpath_programs::{Dialect, ExecutionSettings, NoPose, Program};
-use meltpath_robot::cell::{Arrangement, Cell, External, Maker, Values};
+use meltpath_programs::{ExecutionSettings, NoPose, Program};
+use meltpath_robot::cell::{Arrangement, Cell, External, Values};
 use meltpath_robot::kinematics::JointKind;
 
+use crate::waam::maker::counts_as;
 use crate::waam::settings::Settings;
 
 /// Where the wire's tip is at each position that is given by joints, in the frame that the beads are told in, by program and number;
@@ -42,20 +43,6 @@ pub(in crate::waam) fn poses(
         }
     }
     poses
-}
-
-/// Whether a maker's controllers read this dialect: they count joints as its arms show them.
-pub(in crate::waam) fn counts_as(maker: Maker, dialect: Dialect) -> bool {
-    match maker {
-        Maker::Fanuc => dialect == Dialect::FanucLs,
-        Maker::Kuka => dialect == Dialect::Krl,
-        Maker::Abb => dialect == Dialect::Rapid,
-        Maker::Yaskawa => dialect == Dialect::Inform,
-        Maker::Staubli => dialect == Dialect::Val3,
-        Maker::Universal => dialect == Dialect::UrScript,
-        // its file counts as its controller does
-        Maker::Other => true,
-    }
 }
 
 /// Where torch and part are, where the robot holds the part.

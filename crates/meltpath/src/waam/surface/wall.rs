@@ -206,7 +206,7 @@ pub(super) fn wall(
         (site, observer),
     )?;
     checks.push(written.check);
-    let of_arm = reach::checks(along.as_ref(), &commands, settings).into_iter();
+    let of_arm = reach::checks(along.as_ref(), (&programs.parsed, &commands), settings).into_iter();
     checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
     checks.extend(held::checks(site, &commands));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
