@@ -7,6 +7,7 @@
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_toolpath::{MotionBlock, Times};
 
+use crate::jumps::ordered;
 use crate::machine::{Between, Machine};
 use crate::short::{Short, short};
 use crate::stretch::{Stretch, stretches};
@@ -91,7 +92,7 @@ impl Followed {
 /// assert!((drawn.behind - 0.02).abs() < 1e-9 && drawn.beside.0 < 1e-9);
 /// ```
 pub fn follow(motion: &MotionBlock, machine: &Machine, voltage: f64) -> Followed {
-    let (asked, waited) = with_jumps(stretches(motion), machine.jump);
+    let (asked, waited) = ordered(&stretches(motion), machine.jump);
     let mut pen = Pen::new(motion, machine, &asked, voltage);
     for n in 0..asked.len() {
         pen.draw(&asked, n);
@@ -111,36 +112,6 @@ pub fn follow(motion: &MotionBlock, machine: &Machine, voltage: f64) -> Followed
         stray: pen.stray,
         off: pen.off,
     }
-}
-
-/// The stretches with the time that each jump takes at least: the beam is ordered to the far end at once, and waits there.
-fn with_jumps(asked: Vec<Stretch>, jump: Option<f64>) -> (Vec<Stretch>, f64) {
-    let mut all = Vec::with_capacity(asked.len());
-    let (mut later, mut dark, mut way) = (0.0, 0.0, 0.0);
-    for stretch in asked {
-        if stretch.is_lit() {
-            let lacks = jump.map_or(0.0, |jump| jump - dark);
-            if way > 0.0 && lacks > 0.0 {
-                all.push(Stretch {
-                    time: stretch.time + later,
-                    takes: lacks,
-                    to: stretch.from,
-                    power: 0.0,
-                    ..stretch
-                });
-                later += lacks;
-            }
-            (dark, way) = (0.0, 0.0);
-        } else {
-            dark += stretch.takes;
-            way += stretch.from.distance(stretch.to);
-        }
-        all.push(Stretch {
-            time: stretch.time + later,
-            ..stretch
-        });
-    }
-    (all, later)
 }
 
 /// The deflection: its natural frequency (rad/s) and damping.

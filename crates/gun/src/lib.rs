@@ -7,6 +7,7 @@ pub mod drive;
 pub mod focus;
 pub mod focus_walls;
 pub mod follow;
+mod jumps;
 pub mod machine;
 pub mod record;
 pub mod short;

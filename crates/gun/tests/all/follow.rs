@@ -163,6 +163,30 @@ fn jumps_take_their_time() {
     assert_eq!(follow(&slow, &gun, 60e3).waited, 0.0);
 }
 
+/// A jump that the job gives time is ordered to its end at once, however it is cut, and waited out there: no beam is late at the next line.
+/// Dark ways as slow as the line lead into it.
+#[test]
+fn jumps_are_ordered_at_once() {
+    let machine = gun("[deflection]\nlag = { value = \"10 µs\", source = \"log\" }");
+    let rows = |between: &[[f64; 4]]| {
+        let mut rows = vec![[0.0, 0.0, 0.0, 0.0], [2e-3, 2.0, 0.0, 300.0]];
+        rows.extend(between);
+        rows.push([4.1e-3, 2.0, 0.1, 300.0]);
+        motion(&rows)
+    };
+    let whole = follow(&rows(&[[2.1e-3, 0.0, 0.1, 0.0]]), &machine, 60e3);
+    assert!((whole.behind - 0.01).abs() < 1e-3, "{}", whole.behind);
+    let cut = rows(&[[2.04e-3, 1.2, 0.04, 0.0], [2.1e-3, 0.0, 0.1, 0.0]]);
+    assert!((follow(&cut, &machine, 60e3).behind - whole.behind).abs() < 1e-9);
+    // what leads into the line is drawn as it is asked for: the beam is as far behind as on the line
+    let led = rows(&[[2e-3, -0.1, 0.1, 0.0], [2.1e-3, 0.0, 0.1, 0.0]]);
+    let led = follow(&led, &machine, 60e3);
+    let motion = led.motion;
+    let begins = (0..motion.len()).find(|&n| motion.time(n) >= 2.1e-3 - 1e-12);
+    let at = motion.position[begins.unwrap()];
+    assert!((at.x + 0.01).abs() < 1e-3, "{at}");
+}
+
 /// What a climb leaves out is the triangle under it; a beam that is blanked is ready, one that stays on heats the jump.
 #[test]
 fn the_current_climbs() {
@@ -219,7 +243,8 @@ fn heat_where_none_is_asked_for_is_told() {
         (ramped.share(&ramped.stray) - triangle / asked).abs() < 1e-9,
         "{ramped:?}"
     );
-    assert_eq!(ramped.stray.first, Some([2.0, 0.0]));
+    // the beam is ordered to the next line at once, and falls there
+    assert_eq!(ramped.stray.first, Some([0.0, 0.1]));
     assert!((ramped.stray.time - 4.75e-4).abs() < 4e-5 && ramped.stray.stretches == 1);
     // but for the last twentieth of each climb
     assert!(

@@ -3,6 +3,7 @@
 pub(crate) mod advice;
 pub(super) mod areas;
 mod beyond;
+mod doubt;
 pub mod ends;
 pub(crate) mod facts;
 pub(crate) mod shape;
@@ -24,8 +25,8 @@ use meltpath_thermal::solver::watch::{Watch, Watched};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::settings::Judge;
-pub use crate::ebm::judge::areas::{Hole, Outside};
-use crate::ebm::judge::areas::{fullest_hole, outside};
+pub use crate::ebm::judge::areas::{Hole, Hollow, Outside};
+use crate::ebm::judge::areas::{fullest_hole, hollows, outside};
 use crate::ebm::judge::beyond::{area_beyond, area_within, cells_beyond};
 use crate::ebm::judge::ends::{Ends, Surface, ends};
 use crate::ebm::judge::under::{body, domain, ground};
@@ -55,7 +56,7 @@ pub struct Run {
     pub as_it_was: f64,
     /// Share of what lies over metal that does not melt down to it; `None` where no metal lies below.
     pub unfused: Option<f64>,
-    /// The hole of the region of which most melts; `None` where there is none.
+    /// The hole of the region, or the narrow gap of its outline, of which most melts; `None` where there is none.
     pub hole: Option<Hole>,
     /// Where the heat went, and what left as vapour.
     pub ledger: Ledger,
@@ -304,6 +305,8 @@ struct Court<'a> {
     judging: &'a Judge,
     resolution: Resolution,
     on_charts: Option<&'a Classes>,
+    /// What is to stay free of metal within the outline.
+    hollows: Vec<(Hollow, Contour)>,
 }
 
 impl Court<'_> {
@@ -363,7 +366,7 @@ impl Court<'_> {
             hole: fullest_hole(
                 &drawn.highest,
                 classes.melting,
-                &plan.contour,
+                &self.hollows,
                 self.judging.part.as_ref(),
             ),
             variant: Variant::ALL[n],
@@ -483,6 +486,7 @@ pub fn judge_paths(
         judging,
         resolution,
         on_charts,
+        hollows: hollows(&plan.contour, plan.settings.job.checks.rim.0),
     };
     let all = Variant::ALL.len();
     // of a path that gives way to a better one nothing is claimed

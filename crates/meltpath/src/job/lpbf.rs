@@ -31,7 +31,7 @@ table! {
         checks: ChecksTable => default({}, "usual limits");
         /// Search of a faster recipe within `[checks]`, beginning with the first recipe.
         optimise: OptimiseTable => none("no search");
-        /// What the first square or layer of each recipe melts through, as commanded and as marked.
+        /// What a square, or the layer that melts the least, of each recipe melts through, as commanded and as marked.
         heat: HeatTable => none("not told");
         /// What is written beside the report.
         output: OutputTable => default({}, "nothing");
@@ -138,14 +138,14 @@ table! {
         fill_rate: Ratio where within(0.0, 1.0) => none("that of `[checks]`, else two points below the first recipe's own");
     }
 
-    /// What the first square or layer of each recipe melts through, as commanded and as marked.
+    /// What a square, or the layer that melts the least, of each recipe melts through, as commanded and as marked.
     pub struct HeatTable {
         /// Material: a name in `data/materials`, or a TOML file of your own.
         material: String => default("in625-laser", "the material that ships for lasers");
         /// Share of the laser's power that becomes heat.
         absorptivity: Ratio where up_to(1.0) => computed("the material's");
         /// Depth to which the metal must have been liquid.
-        layer: Length where positive => computed("the thickness of `section.layer`, whose default is a usual layer");
+        layer: Length where positive => computed("the thickness of the layers: by the heights in the file of the layers, else `section.layer`, whose default is a usual layer");
         /// Temperature of the bed.
         preheat: Temperature => default("20 °C", "a bed that is not heated");
         /// Edge of the map's cells.

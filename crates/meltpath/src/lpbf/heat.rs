@@ -5,43 +5,36 @@
 //! the marked one does not is the machine's doing; what neither melts, the recipe's.
 
 mod beam;
+mod boiling;
 mod dwell;
 mod judge;
 mod keyhole;
+mod settings;
 mod standing;
 mod surface;
+mod weakest;
 
-use std::path::Path;
-
-use meltpath_base::number::significant;
-use meltpath_base::settings::{Problem, Problems};
-use meltpath_base::{Length, Observer, Provenance, Ratio};
+use meltpath_base::Observer;
 use meltpath_scan_head::head::power::PowerLaw;
-use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
-use meltpath_thermal::material::file::Readings;
-use meltpath_thermal::material::medium::{Body, Medium};
-use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::pool::fusion::{
-    Following, FusionError, FusionMap, TracePoint, boiling_number, follow,
-};
+use meltpath_thermal::pool::fusion::{Following, FusionError, FusionMap, TracePoint, follow};
 use meltpath_thermal::pool::history::Memory;
-use meltpath_thermal::pool::keyhole::{Beyond, Keyhole, Laser, keyhole};
 use meltpath_thermal::pool::moving_source::{MovingSource, MovingSourceError};
 use meltpath_thermal::solver::source::Depth;
 
-use crate::job::lpbf::HeatTable;
-use crate::material::load;
 use beam::{commanded, lit};
-use meltpath_toolpath::Role;
-use standing::{Standing, longest};
+use boiling::Boiling;
+use standing::Standing;
 use surface::{beside, closed};
+use weakest::Choice;
 
 pub use beam::BeamRecord;
 pub(super) use dwell::{check as dwell_check, told as tell_waits};
 pub use judge::check;
 pub(crate) use judge::dug;
 pub(super) use keyhole::check as keyhole_check;
+pub use settings::{HeatSettings, resolve};
+pub(super) use weakest::{Looked, look};
 
 /// Distance along the path from look to look, in spot diameters.
 const LOOK: f64 = 0.7;
@@ -53,29 +46,6 @@ const PER_POOL: usize = 4;
 /// (docs/theory/heat.md, tracks that NIST measured: depths by −23 %, widths by +23 %).
 const ABSORBED: [f64; 2] = [0.8, 1.2];
 
-/// Resolved `[heat]`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HeatSettings {
-    /// The material.
-    pub material: Material,
-    /// What stands for it in the engine.
-    pub medium: Medium,
-    /// Share of the power that becomes heat.
-    pub absorptivity: f64,
-    /// Depth that must become liquid, mm.
-    pub layer: f64,
-    /// Edge of the map's cells, mm.
-    pub cell: f64,
-    /// Spot diameter (four standard deviations), mm.
-    pub spot: f64,
-    /// Room round the marks, mm.
-    pub margin: f64,
-    /// Marks followed at most, mm.
-    pub marks: f64,
-    /// Least share of the check.
-    pub share: f64,
-}
-
 meltpath_base::passes_on! {
     /// Why the heat of a path could not be told.
     pub enum HeatError {
@@ -86,114 +56,6 @@ meltpath_base::passes_on! {
         /// The pool's medium.
         Engine(MovingSourceError),
     }
-}
-
-/// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm on layers of `layer` mm, whose check wants at least `share`.
-///
-/// # Errors
-/// Everything wrong, with its place.
-pub fn resolve(
-    table: &HeatTable,
-    share: f64,
-    [spot, layer]: [f64; 2],
-    folder: &Path,
-    provenance: &mut Provenance,
-) -> Result<HeatSettings, Problems> {
-    let named = &table.material;
-    let loaded = load(named, Readings::default(), folder).map_err(|e| e.at(named))?;
-    loaded.tell(provenance);
-    let material = loaded.material;
-    let own = table.absorptivity.map(|a| a.0).or(material.absorptivity).ok_or_else(|| {
-        let message = format!("\"{}\" says nothing of absorptivity", **named);
-        named.problem(message).help(
-            "give it in the job: [heat] absorptivity = \"35 %\"; or as [absorptivity] in the material file",
-        )
-    })?;
-    let preheat = table.preheat.0;
-    warmed(table, &material)?;
-    let medium = Medium::effective(&material, preheat, Body::HalfSpace).map_err(|_| {
-        let message = format!(
-            "the bed is at {:.0} °C, the material is liquid from {:.0} °C",
-            preheat - CELSIUS,
-            material.liquidus - CELSIUS
-        );
-        table
-            .preheat
-            .problem(message)
-            .help("give heat.preheat below it")
-    })?;
-    let settings = HeatSettings {
-        medium,
-        absorptivity: table.absorptivity.or_computed(provenance, Ratio(own)).0,
-        layer: table.layer.or_computed(provenance, Length(layer)).0,
-        cell: table.cell.or_computed(provenance, Length(0.25 * spot)).0,
-        spot,
-        margin: table.margin.0,
-        marks: table.marks.0,
-        share,
-        material,
-    };
-    fits(table, &settings)?;
-    provenance.model(
-        "melt pools of the laser",
-        "superposition of moving Gaussians on a half space with mean properties (Carslaw and Jaeger 1959; Eagar and Tsai 1983); \
-         conduction only, dense metal, absorptivity constant; keyholes flagged by the normalised enthalpy of King et al. 2014, \
-         their depth told by the scaling of Gan et al. 2021 where it was measured",
-    );
-    Ok(settings)
-}
-
-/// Refuses beds below absolute zero, and those that begin to melt.
-fn warmed(table: &HeatTable, material: &Material) -> Result<(), Problem> {
-    let bed = table.preheat.0;
-    let told = if bed < 0.0 {
-        let zero = -CELSIUS;
-        format!(
-            "the bed is at {:.0} °C, below absolute zero, {zero} °C",
-            bed - CELSIUS
-        )
-    } else if bed >= material.solidus {
-        format!(
-            "the bed is at {:.0} °C, the material begins to melt at {:.0} °C",
-            bed - CELSIUS,
-            material.solidus - CELSIUS
-        )
-    } else {
-        return Ok(());
-    };
-    Err(table.preheat.problem(told).help(format!(
-        "a bed is solid: give heat.preheat below {:.0} °C",
-        material.solidus - CELSIUS
-    )))
-}
-
-/// Refuses cells of which the margin alone would have more than any map.
-fn fits(table: &HeatTable, settings: &HeatSettings) -> Result<(), Problem> {
-    let across = 2.0 * settings.margin / settings.cell;
-    if across * across <= FusionMap::LARGEST {
-        return Ok(());
-    }
-    // whichever is farther from the spot's own size
-    let coarse = settings.margin / settings.spot > settings.spot / settings.cell;
-    let message = format!(
-        "a map with {} mm beyond the marks in cells of {} mm would have more than {:.0} million cells",
-        significant(settings.margin, 3),
-        significant(settings.cell, 3),
-        1e-6 * FusionMap::LARGEST
-    );
-    Err(if coarse {
-        let help = "is it in mm? a fraction of a millimetre holds what melts beyond the marks";
-        table
-            .margin
-            .problem(format!("heat.margin: {message}"))
-            .help(help)
-    } else {
-        let help = "a larger one; left out it is a quarter of the spot";
-        table
-            .cell
-            .problem(format!("heat.cell: {message}"))
-            .help(help)
-    })
 }
 
 /// What one drawing melted.
@@ -225,19 +87,6 @@ impl Cold {
     pub const SIDE: f64 = 0.1;
 }
 
-/// Boiling numbers of a kind of marks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Boiling {
-    /// Of which marks.
-    pub kind: Role,
-    /// The greatest.
-    pub number: f64,
-    /// The keyhole there, by scaling, or why nothing is said of it.
-    pub keyhole: Result<Keyhole, Beyond>,
-    /// Where the mark ends of which that is told, mm.
-    pub end: [f64; 2],
-}
-
 /// What a recipe melts.
 #[derive(Debug, Clone)]
 pub struct RecipeHeat {
@@ -247,29 +96,33 @@ pub struct RecipeHeat {
     pub surface: f64,
     /// Where the marked path leaves powder, by squares.
     pub cold: Vec<Cold>,
-    /// How near the surface is to boiling.
+    /// Which layer or square is drawn.
+    pub choice: Choice,
+    /// How near its marks bring the surface to boiling.
+    pub own: Vec<Boiling>,
+    /// How near the marks of all layers do.
     pub boiling: Vec<Boiling>,
-    /// Where the lit beam stands between marks and heats the most.
+    /// Where the lit beam stands between marks and heats the most, in all layers.
     pub standing: Option<Standing>,
     /// Whether marks were left out.
     pub cut: bool,
 }
 
-/// Draws the first square or layer of a recipe, whose lines lie `hatch` mm apart and whose power follows a law.
+/// Draws the layer or square of a recipe that is looked at, whose lines lie `hatch` mm apart and whose power follows a law.
 ///
 /// # Errors
 /// [`HeatError`].
-pub fn melt(
+pub(super) fn melt(
     settings: &HeatSettings,
-    (job, law): (&ScanJob, PowerLaw),
-    record: BeamRecord,
+    looked: &Looked,
+    (law, record): (PowerLaw, BeamRecord),
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
-    let asked = commanded((job, law), record.last, settings.marks, settings.spot)?;
-    let (last, cut) = (record.last, record.cut);
+    let asked = commanded((&looked.job, law), settings.marks, settings.spot)?;
+    let cut = record.cut;
     let marked = BeamPath::new(record.points)?;
-    let plain = frame(settings, &asked, hatch)?;
+    let plain = frame(settings, &asked, [hatch, looked.choice.depth])?;
     let drawn = |name, path, share| drawn(settings, &plain, (name, path, share), observer);
     let (first, others) = rayon::join(
         || drawn("as commanded", &asked, 1.0),
@@ -277,17 +130,7 @@ pub fn melt(
     );
     let [second, third, fourth] = others;
     let drawings = [first?, second?, third?, fourth?];
-    let found = Found {
-        boiling: boiling(settings, job, last),
-        standing: longest(
-            (&settings.material, &settings.medium),
-            (settings.absorptivity, settings.spot),
-            (job, law),
-            last,
-        ),
-        cut,
-    };
-    Ok(told(settings, drawings, (&asked, hatch), found))
+    Ok(told(settings, drawings, (&asked, hatch), (looked, cut)))
 }
 
 /// Draws the path that the same recipe has on a head that behaves otherwise: what was commanded is that of `value`.
@@ -297,23 +140,19 @@ pub fn melt(
 pub(super) fn melt_otherwise(
     settings: &HeatSettings,
     value: &RecipeHeat,
-    (job, law, record): (&ScanJob, PowerLaw, BeamRecord),
+    looked: &Looked,
+    (law, record): (PowerLaw, BeamRecord),
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
-    let asked = commanded((job, law), record.last, settings.marks, settings.spot)?;
-    let plain = frame(settings, &asked, hatch)?;
+    let asked = commanded((&looked.job, law), settings.marks, settings.spot)?;
+    let plain = frame(settings, &asked, [hatch, looked.choice.depth])?;
     let cut = record.cut;
     let marked = BeamPath::new(record.points)?;
     let [second, third, fourth] =
         three(|name, share| drawn(settings, &plain, (name, &marked, share), observer));
     let drawings = [value.drawings[0].clone(), second?, third?, fourth?];
-    let found = Found {
-        boiling: value.boiling.clone(),
-        standing: value.standing,
-        cut,
-    };
-    Ok(told(settings, drawings, (&asked, hatch), found))
+    Ok(told(settings, drawings, (&asked, hatch), (looked, cut)))
 }
 
 /// The marked path with what the job says is absorbed, with less and with more.
@@ -333,7 +172,11 @@ fn three<R: Send>(draw: impl Fn(&'static str, f64) -> R + Sync) -> [R; 3] {
 
 /// The map round the commanded marks, nothing melted. Half a hatch and a spot beside them it holds whatever the margin: what is
 /// judged lies there.
-fn frame(settings: &HeatSettings, asked: &BeamPath, hatch: f64) -> Result<FusionMap, HeatError> {
+fn frame(
+    settings: &HeatSettings,
+    asked: &BeamPath,
+    [hatch, depth]: [f64; 2],
+) -> Result<FusionMap, HeatError> {
     let margin = settings.margin.max(0.5 * hatch + settings.spot);
     let marks = |axis: fn(&BeamPoint) -> f64| {
         let ends = lit(asked).flatten().map(axis);
@@ -346,7 +189,7 @@ fn frame(settings: &HeatSettings, asked: &BeamPath, hatch: f64) -> Result<Fusion
         [x0 - margin, y0 - margin],
         [x1 + margin, y1 + margin],
         settings.cell,
-        settings.layer,
+        depth,
         settings.medium.ambient,
     )?)
 }
@@ -384,19 +227,12 @@ fn drawn(
     })
 }
 
-/// What is told of a recipe beside its drawings.
-struct Found {
-    boiling: Vec<Boiling>,
-    standing: Option<Standing>,
-    cut: bool,
-}
-
 /// Areas and shares of the drawings.
 fn told(
     settings: &HeatSettings,
     mut drawings: [Melted; 4],
     (asked, hatch): (&BeamPath, f64),
-    found: Found,
+    (looked, cut): (&Looked, bool),
 ) -> RecipeHeat {
     let liquidus = settings.material.liquidus;
     let melted = drawings
@@ -417,10 +253,12 @@ fn told(
     RecipeHeat {
         surface: all * one,
         cold: cold(&drawings[0].map, &surface, &melted[1]),
-        boiling: found.boiling,
-        standing: found.standing,
+        choice: looked.choice,
+        own: looked.own.clone(),
+        boiling: looked.all.clone(),
+        standing: looked.standing,
         drawings,
-        cut: found.cut,
+        cut,
     }
 }
 
@@ -450,36 +288,4 @@ fn cold(map: &FusionMap, surface: &[bool], marked: &[bool]) -> Vec<Cold> {
         }
     }
     squares
-}
-
-fn boiling(settings: &HeatSettings, job: &ScanJob, last: u32) -> Vec<Boiling> {
-    let of = |power: f64, speed: f64| {
-        let absorbed = settings.absorptivity * power;
-        let (material, medium) = (&settings.material, &settings.medium);
-        boiling_number(material, medium, absorbed, speed, settings.spot)
-    };
-    [Role::Contour, Role::Fill]
-        .into_iter()
-        .filter_map(|kind| {
-            let marks = job.vectors.iter().take(last as usize + 1);
-            let (number, laser, end) = marks
-                .filter(|v| v.kind == kind && v.speed > 0.0)
-                .filter_map(|v| {
-                    let laser = Laser {
-                        power: v.power,
-                        speed: v.speed,
-                        spot: settings.spot,
-                        flat: settings.absorptivity,
-                    };
-                    Some((of(v.power, v.speed)?, laser, [v.end.x, v.end.y]))
-                })
-                .max_by(|a, b| a.0.total_cmp(&b.0))?;
-            Some(Boiling {
-                kind,
-                number,
-                keyhole: keyhole(&settings.material, settings.medium.ambient, laser),
-                end,
-            })
-        })
-        .collect()
 }

@@ -3,17 +3,20 @@
 pub(in crate::lpbf) mod enclosed;
 pub mod file_layers;
 pub mod section;
+mod thickness;
 pub mod work;
 
 use std::path::Path;
 
+use meltpath_base::number::significant;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Check, Length, Observer, Provenance, Reporter, Warning};
+use meltpath_base::{Check, Length, Observer, Origin, Place, Provenance, Reporter, Warning};
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::files::PlateTable;
 
+use super::heat::HeatSettings;
 use super::settings::Settings;
-use crate::job::lpbf::{LpbfJob, PlateExtent, PlateTable as SquaresTable};
+use crate::job::lpbf::{HeatTable, LpbfJob, PlateExtent, PlateTable as SquaresTable};
 use crate::lpbf::plan::file_layers::FileLayers;
 use crate::lpbf::plan::section::Section;
 use crate::lpbf::plan::work::{LayerSet, Source, Work};
@@ -44,12 +47,59 @@ pub fn plan(
     let reporter = Reporter::new();
     let (stated, r) = (&settings.data.plate, &mut settings.provenance);
     let work = work(job, folder, stated, (&reporter, observer), r)?;
+    if let (Some(table), Some(heat)) = (&*job.heat, &mut settings.heat)
+        && let Work::Layers(set) = &work
+        && let Source::File(file) = &set.source
+    {
+        depths(table, heat, file, (&reporter, r))?;
+    }
     Ok(Plan {
         settings,
         work,
         warnings: reporter.warnings(),
         enclosed: None,
     })
+}
+
+/// By how much the depth that a job says may differ from a layer's thickness before that is told.
+const ALIKE: f64 = 0.01;
+
+/// Takes the depth to be melted from the layers of a file, where the job does not say it; tells where it says another.
+fn depths(
+    table: &HeatTable,
+    heat: &mut HeatSettings,
+    file: &FileLayers,
+    (reporter, r): (&Reporter, &mut Provenance),
+) -> Result<(), Problem> {
+    let told = || file.thickness.iter().filter_map(|(n, t)| Some((*n, (*t)?)));
+    if let Some(written) = table.layer.map(|l| l.0) {
+        let other = told().find(|(_, t)| (written - t).abs() > ALIKE * t);
+        if let Some((layer, thick)) = other {
+            reporter.warn_at(
+                "heat-other-thickness",
+                format!(
+                    "heat.layer is {} µm, layer {layer} of the file is {} µm thick",
+                    significant(1e3 * written, 3),
+                    significant(1e3 * thick, 3)
+                ),
+                Place::layer(layer),
+                "leave out heat.layer: the file tells how thick its layers are",
+            );
+        }
+        return Ok(());
+    }
+    if let Some((layer, _)) = file.thickness.iter().find(|(_, t)| t.is_none()) {
+        let message = format!(
+            "the heights in the file of the layers do not tell how thick layer {layer} is: nothing says how deep it has to melt"
+        );
+        let help = "give heat.layer, the thickness of the layers; or heights that rise from layer to layer in the file";
+        return Err(table.layer.problem(message).help(help));
+    }
+    let thickest = told().map(|(_, t)| t).fold(0.0, f64::max);
+    let from = Origin::Computed("the thickest of the file's layers".to_owned());
+    heat.layer = table.layer.or_from(r, Length(thickest), from).0;
+    heat.depths = told().collect();
+    Ok(())
 }
 
 /// What is executed; what the job says of other work is not recorded.

@@ -12,7 +12,6 @@ use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::run::RunSummary;
 use meltpath_scan_head::head::survey::Survey;
-use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::dark_way::LightReach;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
@@ -24,7 +23,7 @@ use meltpath_toolpath::MotionSink;
 
 use super::error::LpbfError;
 use super::friction;
-use super::heat::{self, BeamRecord, RecipeHeat};
+use super::heat::{self, BeamRecord, Looked, RecipeHeat};
 use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
 use super::result::{AtEnd, JUDGED, MODES, Path2d, RecipeResult};
@@ -279,8 +278,8 @@ impl<'a> Run<'a> {
         let (hatch, fill) = self.surface();
         let first = self.plan.work.shown(&self.survey.first);
         let last = first.vectors.len().saturating_sub(1) as u32;
-        let heat = self.plan.settings.heat.as_ref();
-        let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
+        let looked = self.looked()?;
+        let mut record = self.recorded(looked.as_ref());
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
         let mut sinks = (
@@ -306,24 +305,26 @@ impl<'a> Run<'a> {
                 self.head
                     .run_layers(layers, how, 1, self.observer, &mut sinks)
             },
-            || self.at_ends(delays, last),
+            || self.at_ends(delays, looked.as_ref()),
         );
         let RunSummary { duration, .. } = ran?;
         let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
         self.judge_reach(&reach);
         heat::tell_waits(&self.recipe.name, (&first, law), self.reporter);
-        let heat = match heat.zip(record) {
-            None => None,
-            Some((settings, record)) => {
-                let job = (&first, law);
-                Some(heat::melt(settings, job, record, hatch, self.observer)?)
+        let settings = self.plan.settings.heat.as_ref();
+        let hatch = self.apart(looked.as_ref(), hatch);
+        let heat = match (settings, looked.as_ref(), record) {
+            (Some(settings), Some(looked), Some(record)) => {
+                let drawn = (law, record);
+                Some(heat::melt(settings, looked, drawn, hatch, self.observer)?)
             }
+            _ => None,
         };
         let ends = match ended {
             None => None,
             Some(ends) => {
-                let [least, most] =
-                    ends.map(|end| self.melted(end?, (&first, hatch), heat.as_ref()));
+                let as_judged = looked.as_ref().zip(heat.as_ref());
+                let [least, most] = ends.map(|end| self.melted(end?, as_judged, hatch));
                 Some([least?, most?])
             }
         };
@@ -343,6 +344,30 @@ impl<'a> Run<'a> {
             heat,
             ends,
         })
+    }
+
+    /// What is looked at where the job asks what melts.
+    fn looked(&self) -> Result<Option<Looked>, HeadError> {
+        let heat = self.plan.settings.heat.as_ref();
+        let look = |settings| heat::look(settings, &self.plan.work, self.recipe, self.survey);
+        heat.map(look).transpose()
+    }
+
+    /// What keeps the beam of that.
+    fn recorded(&self, looked: Option<&Looked>) -> Option<BeamRecord> {
+        let (settings, looked) = (self.plan.settings.heat.as_ref()?, looked?);
+        let vectors = [looked.first, looked.last()];
+        Some(BeamRecord::new(vectors, settings.marks, settings.spot))
+    }
+
+    /// Distance of the lines of what is looked at, mm: as the job says it, else its own, else that of all.
+    fn apart(&self, looked: Option<&Looked>, all: f64) -> f64 {
+        match &self.plan.work {
+            Work::Layers(set) if set.hatch.is_none() => {
+                looked.and_then(|l| l.spacing).unwrap_or(all)
+            }
+            _ => all,
+        }
     }
 
     /// What measures the way along contours.
@@ -372,10 +397,14 @@ impl<'a> Run<'a> {
     }
 
     /// What is judged, with the least and with the most friction of the head's file, and the delays of its value; `None` where it
-    /// states no range. Of the beam what lies up to the vector `last` is kept.
-    fn at_ends(&self, delays: LaserDelays, last: u32) -> Option<[Result<EndMarked, HeadError>; 2]> {
+    /// states no range. Of the beam that of what is looked at is kept.
+    fn at_ends(
+        &self,
+        delays: LaserDelays,
+        looked: Option<&Looked>,
+    ) -> Option<[Result<EndMarked, HeadError>; 2]> {
         let [least, most] = friction::ends(&self.plan.settings.data)?;
-        let run = |drags| self.at_end(&self.head.clone().held_by(drags)?, delays, last);
+        let run = |drags| self.at_end(&self.head.clone().held_by(drags)?, delays, looked);
         let (least, most) = rayon::join(|| run(least), || run(most));
         Some([least, most])
     }
@@ -384,10 +413,9 @@ impl<'a> Run<'a> {
         &self,
         head: &ReadyHead,
         delays: LaserDelays,
-        last: u32,
+        looked: Option<&Looked>,
     ) -> Result<EndMarked, HeadError> {
-        let heat = self.plan.settings.heat.as_ref();
-        let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
+        let mut record = self.recorded(looked);
         let errors = self.errors();
         let motion = record
             .as_mut()
@@ -408,16 +436,16 @@ impl<'a> Run<'a> {
     fn melted(
         &self,
         end: EndMarked,
-        (first, hatch): (&ScanJob, f64),
-        value: Option<&RecipeHeat>,
+        as_judged: Option<(&Looked, &RecipeHeat)>,
+        hatch: f64,
     ) -> Result<AtEnd, LpbfError> {
         let settings = self.plan.settings.heat.as_ref();
-        let heat = match (settings, value, end.record) {
-            (Some(settings), Some(value), Some(record)) => {
+        let heat = match (settings, as_judged, end.record) {
+            (Some(settings), Some((looked, value)), Some(record)) => {
                 let observer = &Quiet(self.observer);
                 let again = {
-                    let drawn = (first, self.recipe.power_law, record);
-                    heat::melt_otherwise(settings, value, drawn, hatch, observer)
+                    let drawn = (self.recipe.power_law, record);
+                    heat::melt_otherwise(settings, value, looked, drawn, hatch, observer)
                 };
                 Some(again?)
             }

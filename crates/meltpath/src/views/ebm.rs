@@ -314,8 +314,8 @@ pub fn write_files(
     let record = || Record::of(&path.motion(), &plan.gun).map_err(io::Error::other);
     folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
-    if let Some(gun) = &outcome.gun {
-        let drawn = || Record::of(&gun.drawn.motion, &plan.gun).map_err(io::Error::other);
+    if let Some(last) = outcome.gun.as_ref().and_then(|gun| gun.drawn.last()) {
+        let drawn = || Record::of(&last.motion, &plan.gun).map_err(io::Error::other);
         folder.write("drawn.csv", |w| w.write_all(drawn()?.to_csv().as_bytes()))?;
     }
     if let Some(found) = &outcome.corrected {

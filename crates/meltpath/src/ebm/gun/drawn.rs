@@ -5,6 +5,7 @@ use meltpath_gun::demands::{Demand, demands};
 use meltpath_gun::follow::{Followed, Misplaced, follow};
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_thermal::beam::BeamPath;
+use meltpath_toolpath::MotionBlock;
 
 use crate::ebm::error::EbmError;
 use crate::ebm::plan::{Plan, Window};
@@ -25,17 +26,45 @@ pub struct AtGun {
     pub unknown: Vec<&'static str>,
     /// How far the deflection is behind, s, where that is known.
     pub lag: Option<f64>,
-    /// The last layer as it is drawn.
-    pub drawn: Followed,
+    /// The layers as they are drawn, the lowest first; only the last one with its path.
+    pub drawn: Vec<Followed>,
+}
+
+impl AtGun {
+    /// The layers with their numbers, from 1.
+    fn layers(&self) -> impl Iterator<Item = (u32, &Followed)> {
+        (1..).zip(&self.drawn)
+    }
+
+    /// The layer of which something is the most.
+    fn worst(&self, of: impl Fn(&Followed) -> f64) -> Option<(u32, &Followed)> {
+        // of equals the first
+        let layers = self.layers().collect::<Vec<_>>().into_iter().rev();
+        layers.max_by(|a, b| of(a.1).total_cmp(&of(b.1)))
+    }
+
+    /// A layer in words.
+    fn named(&self, layer: u32) -> String {
+        match self.drawn.len() {
+            1 => "the layer".to_owned(),
+            all => format!("layer {layer}, the worst of {all}"),
+        }
+    }
 }
 
 /// What the job's gun makes of the layers' paths, of which `last` is the last; `None` where the job names none.
 pub(in crate::ebm) fn examined(plan: &Plan, last: &BeamPath) -> Option<AtGun> {
     let machine = plan.settings.gun.as_ref()?;
     let mut vain: Vec<(Demand, u32)> = Vec::new();
-    let mut unknown = Vec::new();
+    let (mut unknown, mut drawn) = (Vec::new(), Vec::new());
     for (path, layer) in plan.lower.iter().chain([last]).zip(1..) {
-        let found = demands(&path.motion(), machine);
+        let motion = path.motion();
+        let found = demands(&motion, machine);
+        drawn.push(follow(&motion, machine, plan.gun.voltage));
+        // of the layers below figures are enough
+        if let [.., before, _] = drawn.as_mut_slice() {
+            before.motion = MotionBlock::default();
+        }
         for demand in found.vain {
             match vain.iter_mut().find(|(d, _)| d.what == demand.what) {
                 Some((first, _)) => first.places += demand.places,
@@ -51,7 +80,7 @@ pub(in crate::ebm) fn examined(plan: &Plan, last: &BeamPath) -> Option<AtGun> {
         vain,
         unknown,
         lag: machine.lag,
-        drawn: follow(&last.motion(), machine, plan.gun.voltage),
+        drawn,
     })
 }
 
@@ -107,8 +136,10 @@ pub(in crate::ebm) fn foretold(plan: &Plan) -> Vec<String> {
     lines
 }
 
-/// What the gun makes otherwise than the last layer's path asks for, beyond what may be.
+/// What the gun makes otherwise than the layers' paths ask for, beyond what may be: told of the worst layer.
 struct Loss {
+    layer: u32,
+    /// In all layers.
     places: usize,
     why: String,
     first: [f64; 2],
@@ -117,38 +148,42 @@ struct Loss {
 
 fn losses(found: &AtGun) -> Vec<Loss> {
     let mut all = Vec::new();
-    let (unreached, first) = found.drawn.unreached;
-    if let Some(first @ [x, y]) = first {
+    let unreached = found.worst(|drawn| drawn.unreached.0 as f64);
+    if let Some((layer, drawn)) = unreached
+        && let (stretches, Some(first @ [x, y])) = drawn.unreached
+    {
         all.push(Loss {
-            places: unreached,
+            layer,
+            places: found.drawn.iter().map(|d| d.unreached.0).sum(),
             why: format!(
-                "the current is more than 5 % off its set value where {unreached} stretches of the last layer end, first at x {x:.2}, y {y:.2} mm"
+                "the current is more than 5 % off its set value where {stretches} stretches of {} end, first at x {x:.2}, y {y:.2} mm",
+                found.named(layer)
             ),
             first,
             remedy: "longer pieces of one current, or a change that is smaller".to_owned(),
         });
     }
     all.extend(cut_short(found));
-    let told = |heat: &Misplaced| {
-        let share = found.drawn.share(heat);
-        (share > MISPLACED).then_some((*heat, 100.0 * share, heat.first?))
-    };
-    if let Some((heat, share, first @ [x, y])) = told(&found.drawn.stray) {
+    if let Some((layer, heat, share, first @ [x, y])) = misplaced(found, |drawn| &drawn.stray) {
         all.push(Loss {
+            layer,
             places: heat.stretches,
             why: format!(
-                "{share:.1} % of the heat that lines ask for is drawn besides, in jumps and pauses, {:.3} ms of them: the beam is on there; first from x {x:.2}, y {y:.2} mm",
+                "{share:.1} % of the heat that lines of {} ask for is drawn besides, in jumps and pauses, {:.3} ms of them: the beam is on there; first from x {x:.2}, y {y:.2} mm",
+                found.named(layer),
                 1e3 * heat.time
             ),
             first,
             remedy: "a gun that blanks its beam between lines (current.between), lines that are joined at their ends (hatch.strategy), or jumps outside the part".to_owned(),
         });
     }
-    if let Some((heat, share, first @ [x, y])) = told(&found.drawn.off) {
+    if let Some((layer, heat, share, first @ [x, y])) = misplaced(found, |drawn| &drawn.off) {
         all.push(Loss {
+            layer,
             places: heat.stretches,
             why: format!(
-                "the current is more than 5 % off what lines ask for during {:.3} ms of them, by {share:.1} % of their heat; first from x {x:.2}, y {y:.2} mm",
+                "the current is more than 5 % off what lines of {} ask for during {:.3} ms of them, by {share:.1} % of their heat; first from x {x:.2}, y {y:.2} mm",
+                found.named(layer),
                 1e3 * heat.time
             ),
             first,
@@ -158,9 +193,27 @@ fn losses(found: &AtGun) -> Vec<Loss> {
     all
 }
 
+/// Heat that is not where it is asked for, in the layer of which it is the greatest share, where that is beyond what may be: its share in
+/// %, where the first of it is, and its places in all layers beyond that.
+fn misplaced(
+    found: &AtGun,
+    of: fn(&Followed) -> &Misplaced,
+) -> Option<(u32, Misplaced, f64, [f64; 2])> {
+    let share = |drawn: &Followed| drawn.share(of(drawn));
+    let (layer, worst) = found.worst(share)?;
+    let beyond = found.drawn.iter().filter(|d| share(d) > MISPLACED);
+    let stretches: usize = beyond.map(|drawn| of(drawn).stretches).sum();
+    let heat = Misplaced {
+        stretches,
+        ..*of(worst)
+    };
+    (share(worst) > MISPLACED).then_some((layer, heat, 100.0 * share(worst), heat.first?))
+}
+
 /// Lines that the beam does not draw to their ends.
 fn cut_short(found: &AtGun) -> Option<Loss> {
-    let short = found.drawn.short;
+    let (layer, drawn) = found.worst(|drawn| drawn.short.lines as f64)?;
+    let short = drawn.short;
     let first @ [x, y] = short.first?;
     let lines = if short.lines == 1 {
         "1 line".to_owned()
@@ -175,9 +228,11 @@ fn cut_short(found: &AtGun) -> Option<Loss> {
         )
     });
     Some(Loss {
-        places: short.lines,
+        layer,
+        places: found.drawn.iter().map(|d| d.short.lines).sum(),
         why: format!(
-            "where {lines} of the last layer end or turn the beam stays more than half its spot away, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
+            "where {lines} of {} end or turn the beam stays more than half its spot away, by {:.0} µm at most, and leaves the rest of them undrawn; first at x {x:.2}, y {y:.2} mm",
+            found.named(layer),
             1e3 * short.farthest
         ),
         first,
@@ -209,7 +264,10 @@ pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
     for loss in &lost {
         let [x, y] = loss.first;
         check = check.because(&loss.why);
-        check.place.get_or_insert(Place::at([x, y, 0.0]));
+        check.place.get_or_insert(Place {
+            position: Some([x, y, 0.0]),
+            ..Place::layer(loss.layer)
+        });
         remedies.push(&loss.remedy);
     }
     if !found.unknown.is_empty() {
@@ -231,26 +289,32 @@ pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
     let Some(found) = found else {
         return Vec::new();
     };
-    let drawn = &found.drawn;
-    let waited = Measure::exact(drawn.waited, "s");
+    let Some(last) = found.drawn.last() else {
+        return Vec::new();
+    };
+    let waited = Measure::exact(last.waited, "s");
     let title = "time that jumps of the last layer take beyond the plan";
     let mut facts = vec![Fact::new("gun-jumps", title, waited, "")];
-    for (id, title, heat) in [
+    let of: [fn(&Followed) -> &Misplaced; 2] = [|drawn| &drawn.stray, |drawn| &drawn.off];
+    for (id, title, of) in [
         (
             "gun-stray",
             "heat drawn in jumps and pauses, of what lines ask for",
-            &drawn.stray,
+            of[0],
         ),
         (
             "gun-off",
             "heat that lines lack or have too much, of what they ask for",
-            &drawn.off,
+            of[1],
         ),
     ] {
-        if heat.stretches > 0 {
+        let worst = found.worst(|drawn| drawn.share(of(drawn)));
+        if let Some((layer, drawn)) = worst.filter(|(_, drawn)| of(drawn).stretches > 0) {
+            let heat = of(drawn);
             let value = Measure::exact(100.0 * drawn.share(heat), "%");
             let told = format!(
-                "last layer, {:.3} ms in {} stretches",
+                "{}, {:.3} ms in {} stretches",
+                found.named(layer),
                 1e3 * heat.time,
                 heat.stretches
             );
@@ -258,15 +322,22 @@ pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
         }
     }
     if found.lag.is_some() {
-        let (beside, [x, y]) = drawn.beside;
-        let title = "farthest of the drawn beam from the line it draws";
-        let value = Measure::exact(1e3 * beside, "µm");
-        let fact = Fact::new("gun-beside", title, value, "last layer, beam on");
-        facts.push(fact.at(Place::at([x, y, 0.0])));
-        let title = "farthest of the drawn beam behind its plan";
-        let value = Measure::exact(1e3 * drawn.behind, "µm");
-        let fact = Fact::new("gun-behind", title, value, "last layer, beam on");
-        facts.push(fact);
+        let told = |layer| format!("{}, beam on", found.named(layer));
+        if let Some((layer, drawn)) = found.worst(|drawn| drawn.beside.0) {
+            let (beside, [x, y]) = drawn.beside;
+            let title = "farthest of the drawn beam from the line it draws";
+            let value = Measure::exact(1e3 * beside, "µm");
+            let fact = Fact::new("gun-beside", title, value, &told(layer));
+            facts.push(fact.at(Place {
+                position: Some([x, y, 0.0]),
+                ..Place::layer(layer)
+            }));
+        }
+        if let Some((layer, drawn)) = found.worst(|drawn| drawn.behind) {
+            let title = "farthest of the drawn beam behind its plan";
+            let value = Measure::exact(1e3 * drawn.behind, "µm");
+            facts.push(Fact::new("gun-behind", title, value, &told(layer)));
+        }
     }
     facts
 }

@@ -7,6 +7,8 @@ pub(in crate::ebm) const MORE: &str = "more power, slower lines, or lines closer
 const LESS: &str = "less power, a wider spot, faster lines, or lines further apart";
 const BOTH: &str = "no power mends both, places that are too cold and places that are too hot";
 const CLOSER: &str = "lines closer together and as much faster, which evens both";
+/// Share of the section beside the window, on either side, from which that side is to be mended.
+const MUCH: f64 = 0.1;
 const OUT: &str = "lines that reach beyond the contour by a quarter of the spot (hatch.overrun), where it is cold at the rim";
 
 /// What the findings ask for.
@@ -21,13 +23,15 @@ pub(in crate::ebm) struct Needs {
 }
 
 impl Needs {
-    /// By where most of what misses the window lies.
+    /// By what misses the window: both where much lies on either side of it, else the side of most.
     pub(in crate::ebm) fn of_window(tally: &Tally) -> Self {
-        let [unmelted, porous, _, overheated] = tally.counts;
-        let hot = overheated > porous + unmelted;
+        let [unmelted, porous, _, overheated] = tally.counts.map(|n| n as f64);
+        let (below, above) = (unmelted + porous, overheated);
+        let much = MUCH * tally.voxels as f64;
+        let hot = above > below;
         Needs {
-            heat: !hot,
-            cold: hot,
+            heat: !hot || below > much,
+            cold: hot || above > much,
             narrow: false,
         }
     }
@@ -58,5 +62,31 @@ impl Needs {
         } else {
             "lines that end further inside the contour, or less power along it"
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter of a section that is too hot is no less to be mended than a quarter that is too cold.
+    #[test]
+    fn much_on_both_sides_of_the_window_asks_for_neither_more_nor_less() {
+        let needs = |counts: [usize; 4]| {
+            let needs = Needs::of_window(&Tally {
+                voxels: counts.iter().sum(),
+                counts,
+                mean: 2800.0,
+                deviation: 0.0,
+                hottest: (3000.0, [0; 3]),
+            });
+            (needs.heat, needs.cold)
+        };
+        assert_eq!(needs([3, 24, 48, 25]), (true, true));
+        assert_eq!(needs([3, 22, 48, 27]), (true, true));
+        assert_eq!(needs([3, 24, 65, 8]), (true, false));
+        assert_eq!(needs([0, 8, 62, 30]), (false, true));
+        assert_eq!(needs([0, 4, 90, 6]), (false, true));
+        assert_eq!(needs([2, 4, 90, 4]), (true, false));
     }
 }

@@ -1,6 +1,9 @@
 //! Areas that melt outside a contour and in its holes, by parts of cells: a row of cells is not counted whole where the edge of the
 //! pool, or the contour, goes through it.
 
+use meltpath_geometry::boolean::{PlanarError, difference};
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::offset::{Join, inset, outset};
 use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::grid::Field;
 
@@ -22,9 +25,20 @@ pub struct Outside {
     pub farthest: f64,
 }
 
-/// A hole of the region.
+/// What is to stay free of metal within the outline of a section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hollow {
+    /// A hole.
+    Hole,
+    /// A gap of the outline, open to the outside, so narrow that all of it lies within the rim.
+    Gap,
+}
+
+/// A hole of the region, or a narrow gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hole {
+    /// Which of both.
+    pub kind: Hollow,
     /// Share of it that melts.
     pub share: f64,
     /// Its middle, mm.
@@ -145,16 +159,53 @@ pub(in crate::ebm) fn outside(
     }
 }
 
-/// The hole of a contour of which most melts, in the judged part; `None` where it has no hole there.
+/// Gaps that are narrower than this in the mean are roundings of the outline, mm.
+const NARROWEST: f64 = 5e-3;
+/// Corners are prolonged so many rims at most: what is cut off of sharper ones lies outside of the section.
+const MITER: f64 = 4.0;
+
+/// The holes of a contour, and the gaps of its outline that close where it grows by `rim` mm and shrinks back: what melts in them lies
+/// within the rim, and nothing else counts it.
+pub(in crate::ebm) fn hollows(contour: &Contour, rim: f64) -> Vec<(Hollow, Contour)> {
+    let holes = contour.holes().map(|hole| (Hollow::Hole, hole));
+    let mut found: Vec<_> = holes.collect();
+    // an outline that is no region has no gaps that could be told
+    found.extend(gaps(contour, rim).unwrap_or_default());
+    found
+}
+
+fn gaps(contour: &Contour, rim: f64) -> Result<Vec<(Hollow, Contour)>, PlanarError> {
+    if rim <= 0.0 {
+        return Ok(Vec::new());
+    }
+    let join = Join::Miter { limit: MITER };
+    let section = [contour.region()];
+    let closed = inset(&outset(&section, rim, join)?, rim, join)?;
+    let mut filled = section.to_vec();
+    filled.extend(contour.holes().map(|hole| hole.region()));
+    let gaps = difference(&closed, &filled)?.into_iter().filter(|gap| {
+        let round: f64 = gap.rings().map(|ring| perimeter(ring)).sum();
+        2.0 * gap.area() > NARROWEST * round
+    });
+    let gaps = gaps.map(|gap| (Hollow::Gap, Contour::of(&gap)));
+    Ok(gaps.collect())
+}
+
+fn perimeter(ring: &[DVec2]) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    ring.iter().zip(next).map(|(a, b)| a.distance(*b)).sum()
+}
+
+/// The hole or gap of a contour of which most melts, in the judged part; `None` where none lies there.
 pub(in crate::ebm) fn fullest_hole(
     highest: &Field,
     melting: f64,
-    contour: &Contour,
+    hollows: &[(Hollow, Contour)],
     part: Option<&Rectangle>,
 ) -> Option<Hole> {
     let plane = Plane::of(highest, melting);
     let finest = highest.grid.edge[0].min(highest.grid.edge[1]) / PARTS as f64;
-    let holes = contour.holes().filter_map(|hole| {
+    let holes = hollows.iter().filter_map(|(kind, hole)| {
         let [low, high] = hole.bounds();
         let size = [0, 1].map(|a| high[a] - low[a]);
         // a narrow hole in at least as many parts as a cell
@@ -174,6 +225,7 @@ pub(in crate::ebm) fn fullest_hole(
             }
         }
         (all > 0).then(|| Hole {
+            kind: *kind,
             share: f64::from(molten) / f64::from(all),
             middle: middle.map(|sum| sum / f64::from(all)),
         })
@@ -229,24 +281,54 @@ mod tests {
     fn the_hole_of_which_most_melts_is_told_with_its_place() {
         let slot = |x: f64| vec![[x, -0.5], [x + 0.2, -0.5], [x + 0.2, 0.5], [x, 0.5]];
         let plate = Contour::rectangle([3.6, 2.8]);
-        assert_eq!(fullest_hole(&wedge(0.05), 2000.0, &plate, None), None);
+        let fullest = |contour: &Contour, part: Option<&Rectangle>| {
+            fullest_hole(&wedge(0.05), 2000.0, &hollows(contour, 0.1), part)
+        };
+        assert_eq!(fullest(&plate, None), None);
         let plate = plate.with_holes(vec![slot(1.2), slot(0.55), slot(-1.0)]);
-        let found = fullest_hole(&wedge(0.05), 2000.0, &plate, None).unwrap();
+        let found = fullest(&plate, None).unwrap();
         assert!((found.share - 0.25).abs() < 0.05, "{found:?}");
         assert!((found.middle[0] - 0.65).abs() < 0.01 && found.middle[1].abs() < 0.01);
         let left = Rectangle {
             low: [-2.0, -2.0],
             high: [0.0, 2.0],
         };
-        let found = fullest_hole(&wedge(0.05), 2000.0, &plate, Some(&left)).unwrap();
+        let found = fullest(&plate, Some(&left)).unwrap();
         assert!(found.share < 0.01 && (found.middle[0] + 0.9).abs() < 0.01);
         // beyond what is kept nothing melts
         let far = Contour::rectangle([30.0, 30.0]).with_holes(vec![slot(9.0)]);
-        assert_eq!(
-            fullest_hole(&wedge(0.05), 2000.0, &far, None)
-                .unwrap()
-                .share,
-            0.0
-        );
+        assert_eq!(fullest(&far, None).unwrap().share, 0.0);
+    }
+
+    /// A slit in from the edge is as much a hollow as a hole of the same shape; corners, wide gaps and round ones are none.
+    #[test]
+    fn a_narrow_gap_of_the_outline_counts_like_a_hole() {
+        let notched = |half: f64| {
+            Contour::new(vec![
+                [-1.5, -1.0],
+                [1.5, -1.0],
+                [1.5, 1.0],
+                [half, 1.0],
+                [half, 0.0],
+                [-half, 0.0],
+                [-half, 1.0],
+                [-1.5, 1.0],
+            ])
+        };
+        let slit = hollows(&notched(0.06), 0.1);
+        assert!(slit.len() == 1 && slit[0].0 == Hollow::Gap, "{slit:?}");
+        assert!((slit[0].1.region().area() - 0.12).abs() < 1e-3);
+        let found = fullest_hole(&wedge(0.05), 2000.0, &slit, None).unwrap();
+        assert!(found.share > 0.99 && found.kind == Hollow::Gap);
+        assert!(found.middle[0].abs() < 0.01 && (found.middle[1] - 0.5).abs() < 0.01);
+        // what lies farther than the rim from any contour counts as molten outside
+        assert_eq!(hollows(&notched(0.11), 0.1), []);
+        assert_eq!(hollows(&notched(0.06), 0.0), []);
+        let round: Vec<[f64; 2]> = (0..200)
+            .map(|n| std::f64::consts::TAU * f64::from(n) / 200.0)
+            .map(|a| (1.0 + 0.2 * (5.0 * a).cos()) * DVec2::new(a.cos(), a.sin()))
+            .map(|p| p.to_array())
+            .collect();
+        assert_eq!(hollows(&Contour::new(round), 0.1), []);
     }
 }

@@ -8,7 +8,7 @@ use meltpath_thermal::solver::surface::Surface;
 
 use crate::ebm::gun::drawn as at_gun;
 use crate::ebm::judge::ends::Passed;
-use crate::ebm::judge::{JudgedPath, of_all};
+use crate::ebm::judge::{JudgedPath, Run, of_all};
 use crate::ebm::plan::Plan;
 use crate::ebm::settings::{Judge, Settings};
 use crate::ebm::simulate::Outcome;
@@ -72,16 +72,25 @@ impl<'a> Shown<'a> {
     }
 }
 
+/// What is told of vapour beside its figures.
+const COLDER: &str = "on the reference solver, with what the judge's runs with other cells, planes and steps change of it; vapour leaves by the temperature of cells, which the surface exceeds: more leaves than told, the more the thicker the planes (judge.planes)";
+
+/// A figure of what leaves as vapour, with what other cells, planes, steps and ground change of it.
+fn with_changes(path: &JudgedPath, figure: impl Fn(&Run) -> f64, unit: &str) -> Measure {
+    let share = path.moved(figure);
+    Measure::new(share.value, share.numerical().spread(), unit)
+}
+
 /// What leaves as vapour: of the heat, of the metal, and of the element that loses most of itself.
 fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     let (material, ledger) = (&settings.material, &path.runs[0].ledger);
-    let words = "on the reference solver";
+    let words = COLDER;
     let title = "heat of the beam that vapour carries away";
     if !matches!(settings.surface, Surface::Evaporating { .. }) {
         let off = "not told: evaporation is off (ebm.evaporation), so that hot places are hotter than they would be";
         return vec![Fact::words("vapour", title, off)];
     }
-    let heat = Measure::exact(100.0 * ledger.vapour_share(), "%");
+    let heat = with_changes(path, |run| 100.0 * run.ledger.vapour_share(), "%");
     let mut facts = vec![Fact::new("vapour", title, heat, words)];
     let Some(law) = material.evaporation.as_ref().filter(|_| path.molten > 0.0) else {
         return facts;
@@ -90,7 +99,11 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     let layer = 1e-9 * material.density(material.start) * settings.job.ebm.layer.0 * path.molten;
     let lost: f64 = ledger.vapour.iter().sum();
     let title = "metal of the last layer that leaves as vapour";
-    let mass = Measure::exact(1e6 * lost, "mg");
+    let mass = with_changes(
+        path,
+        |run| 1e6 * run.ledger.vapour.iter().sum::<f64>(),
+        "mg",
+    );
     let share = 100.0 * lost / layer.max(f64::MIN_POSITIVE);
     let told = if share < 100.0 {
         format!("{share:.2} % of what the layer adds, {words}")
@@ -100,13 +113,22 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
         )
     };
     facts.push(Fact::new("vapour-mass", title, mass, &told));
-    let shares = law.by_mass().into_iter().zip(ledger.vapour);
-    let lost = shares.map(|(share, lost)| lost / (share * layer).max(f64::MIN_POSITIVE));
-    let lost = law.components.iter().zip(lost);
-    if let Some((component, share)) = lost.max_by(|a, b| a.1.total_cmp(&b.1)) {
+    let of_all = law.by_mass().into_iter();
+    let whole: Vec<f64> = of_all
+        .map(|share| (share * layer).max(f64::MIN_POSITIVE))
+        .collect();
+    let lost = ledger
+        .vapour
+        .iter()
+        .zip(&whole)
+        .map(|(lost, all)| lost / all);
+    let lost = law.components.iter().enumerate().zip(lost);
+    if let Some(((n, component), _)) = lost.max_by(|a, b| a.1.total_cmp(&b.1)) {
         let title = format!("share of its {} that the layer loses", component.name);
-        let share = Measure::exact(100.0 * share.min(1.0), "%");
-        let told = format!("at most: the surface is taken as rich in it as the melt, {words}");
+        let of = |run: &Run| 100.0 * (run.ledger.vapour[n] / whole[n]).min(1.0);
+        let share = with_changes(path, of, "%");
+        let told =
+            format!("the surface is taken as rich in it as the melt, which tells more; {words}");
         facts.push(Fact::new("vapour-element", &title, share, &told));
     }
     facts

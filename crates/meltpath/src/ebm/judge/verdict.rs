@@ -8,9 +8,10 @@ use meltpath_thermal::material::{CELSIUS, Material};
 
 use crate::ebm::gun::drawn as at_gun;
 use crate::ebm::judge::advice::{MORE, Needs};
+use crate::ebm::judge::doubt::{Doubt, coarse, empty, melts_otherwise};
 use crate::ebm::judge::ends::Ends;
 use crate::ebm::judge::facts::Shown;
-use crate::ebm::judge::{Hole, JudgedPath, Run, melts_at_the_edge, of_all};
+use crate::ebm::judge::{Hole, Hollow, JudgedPath, Run, melts_at_the_edge, of_all};
 use crate::ebm::plan::{DrawnPart, Plan};
 use crate::ebm::settings::{Good, Judge, Settings};
 use crate::ebm::simulate::Outcome;
@@ -34,7 +35,7 @@ const FARTHEST: [&str; 2] = [
     "molten-farthest",
     "farthest from the contour that metal melts",
 ];
-const HOLES: [&str; 2] = ["holes", "largest share of a hole that melts"];
+const HOLES: [&str; 2] = ["holes", "largest share of a hole or narrow gap that melts"];
 /// Share of a section far beside the path from which a remedy names it.
 const LEFT_OUT: f64 = 1e-3;
 const JUDGE: &str =
@@ -114,6 +115,7 @@ fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec
         ends: &path.ends,
         cut: melts_at_the_edge(&path.highest, settings.material.liquidus),
         empty: empty(path),
+        melts: melts_otherwise(path),
         material: &settings.material,
         spot,
         needs,
@@ -162,33 +164,19 @@ fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec
         rim(check(FARTHEST, &figures.farthest, needs.rim())),
     ];
     if let (Some(figure), Some(hole)) = (&figures.holes, path.runs[0].hole) {
-        let cure = format!("{}; or a wider hole", needs.rim());
+        let (wider, told) = match hole.kind {
+            Hollow::Hole => ("hole", "a hole"),
+            Hollow::Gap => (
+                "gap",
+                "a gap of the outline, all of it within the rim (checks.rim)",
+            ),
+        };
+        let cure = format!("{}; or a wider {wider}", needs.rim());
         let [x, y] = hole.middle;
-        checks.push(rim(check(HOLES, figure, &cure)).at(Place::at([x, y, 0.0])));
+        let check = rim(check(HOLES, figure, &cure)).because(told);
+        checks.push(check.at(Place::at([x, y, 0.0])));
     }
     checks
-}
-
-/// The first run besides the one as set in whose cells nothing of the section lies.
-fn empty(path: &JudgedPath) -> Option<Variant> {
-    let runs = path.runs.iter();
-    let mut empty = runs.filter(|run| run.tally.voxels == 0);
-    empty.next().map(|run| run.variant)
-}
-
-/// Where cells are too coarse for distances of the rim.
-fn coarse(path: &JudgedPath, limits: &ChecksTable) -> Option<Doubt> {
-    let (cell, rim) = (path.runs[0].resolution.cell, limits.rim.0);
-    // without a rim, against what may melt farthest
-    let least = if rim > 0.0 { rim } else { limits.farthest.0 };
-    (least > 0.0 && cell > least * (1.0 + 1e-9)).then(|| Doubt {
-        reason: format!(
-            "cells of {:.0} µm are larger than the {:.0} µm from the contour that they would have to show",
-            1e3 * cell,
-            1e3 * least
-        ),
-        remedy: "finer cells (judge.cell)".to_owned(),
-    })
 }
 
 /// What is judged, each with its limit.
@@ -335,6 +323,8 @@ struct Section<'a> {
     cut: bool,
     /// A run in whose cells nothing of the section lies.
     empty: Option<Variant>,
+    /// A run in which something melts, where nothing does as set: of those that show whether the model is solved the first.
+    melts: Option<Variant>,
     material: &'a Material,
     /// The smallest of the beam's spots, mm.
     spot: f64,
@@ -356,7 +346,7 @@ impl Section<'_> {
                 .because("no cell of the judge lies in what is to be judged")
                 .remedy("a larger judge.part, or finer cells (judge.cell)");
         }
-        if self.tally.molten() == 0 {
+        if self.tally.molten() == 0 && self.melts.is_none() {
             return match self.too_coarse() {
                 Some(doubt) => doubt.on(Check {
                     status: Status::CannotSay,
@@ -370,9 +360,19 @@ impl Section<'_> {
                 .remedy(MORE),
             };
         }
+        // nothing is known of what a run shows to be unsolved altogether
+        if self.melts.is_some_and(|v| !v.is_of_power())
+            && let Some(doubt) = self.melts_otherwise()
+        {
+            return doubt.on(Check {
+                status: Status::CannotSay,
+                ..check
+            });
+        }
         let beyond = matches!(check.status, Status::Fail | Status::Warn);
         let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
         let doubts = [
+            self.melts_otherwise(),
             self.moved(figure, "NOT CONVERGED", &figure.share.numerical()),
             self.moved(figure, "NOT ROBUST", &figure.share.of_power()),
             self.too_coarse(),
@@ -397,6 +397,23 @@ impl Section<'_> {
             remedies.push(cure.to_owned());
         }
         check.remedy(remedies.join("; "))
+    }
+
+    /// Where nothing melts as set, and something does in another run.
+    fn melts_otherwise(&self) -> Option<Doubt> {
+        let variant = self.melts?;
+        let (what, cure) = if variant.is_of_power() {
+            ("NOT ROBUST", Some(MORE))
+        } else {
+            ("NOT CONVERGED", self.settles(variant))
+        };
+        Some(Doubt {
+            reason: format!(
+                "{what}: nothing melts as set, something does with {}",
+                variant.words()
+            ),
+            remedy: cure.unwrap_or(MORE).to_owned(),
+        })
     }
 
     /// Cells that see of the beam its mean alone: what melts nothing there may melt, and the reverse.
@@ -505,33 +522,6 @@ impl Section<'_> {
             reason: "only judge.part was judged, not the whole section".to_owned(),
             remedy: "leave judge.part out".to_owned(),
         })
-    }
-}
-
-/// Why a figure decides nothing, and what ends that.
-struct Doubt {
-    reason: String,
-    remedy: String,
-}
-
-impl Doubt {
-    /// A check that this leaves undecided, where it does not fail.
-    fn on(&self, check: Check) -> Check {
-        if check.status == Status::Fail {
-            return check.because(&self.reason);
-        }
-        let told = check.remedy.clone().filter(|told| !told.is_empty());
-        let remedy = match told {
-            Some(told) if told.contains(&self.remedy) => told,
-            Some(told) => format!("{told}; {}", self.remedy),
-            None => self.remedy.clone(),
-        };
-        Check {
-            status: check.status.max(Status::CannotSay),
-            ..check
-        }
-        .because(&self.reason)
-        .remedy(remedy)
     }
 }
 

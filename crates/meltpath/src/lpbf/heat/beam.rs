@@ -9,7 +9,7 @@ use meltpath_toolpath::{MotionBlock, MotionSink};
 #[derive(Debug, Clone)]
 pub struct BeamRecord {
     pub(super) points: Vec<BeamPoint>,
-    pub(super) last: u32,
+    vectors: [u32; 2],
     longest: f64,
     spot: f64,
     lit: f64,
@@ -18,11 +18,11 @@ pub struct BeamRecord {
 }
 
 impl BeamRecord {
-    /// Keeps the path of a beam of `spot` mm up to the end of vector `last`, or until `longest` mm were lit.
-    pub fn new(last: u32, longest: f64, spot: f64) -> Self {
+    /// Keeps the path of a beam of `spot` mm from the first to the last of two vectors, or until `longest` mm were lit.
+    pub fn new(vectors: [u32; 2], longest: f64, spot: f64) -> Self {
         BeamRecord {
             points: Vec::new(),
-            last,
+            vectors,
             longest,
             spot,
             lit: 0.0,
@@ -34,7 +34,11 @@ impl BeamRecord {
 impl MotionSink for BeamRecord {
     fn block(&mut self, block: &MotionBlock) {
         for (k, at) in block.position.iter().enumerate() {
-            if block.command[k] > self.last || self.cut {
+            let [first, last] = self.vectors;
+            if block.command[k] < first {
+                continue;
+            }
+            if block.command[k] > last || self.cut {
                 return;
             }
             if self.lit > self.longest {
@@ -85,13 +89,12 @@ pub(super) fn while_it_stands(v: &Vector, next: Option<&Vector>, law: PowerLaw) 
 /// The beam as commanded: marks at their speeds with light from end to end, and the recipe's waits, from mark to mark in the light.
 pub(super) fn commanded(
     (job, law): (&ScanJob, PowerLaw),
-    last: u32,
     longest: f64,
     spot: f64,
 ) -> Result<BeamPath, BeamError> {
     let mut points: Vec<BeamPoint> = Vec::new();
     let (mut time, mut lit) = (0.0, 0.0);
-    for (i, v) in job.vectors.iter().enumerate().take(last as usize + 1) {
+    for (i, v) in job.vectors.iter().enumerate() {
         if lit > longest {
             break;
         }
@@ -106,7 +109,7 @@ pub(super) fn commanded(
         let on = v.kind.deposits();
         points.push(row(time, from, if on { v.power } else { 0.0 }));
         time += if v.speed > 0.0 { length / v.speed } else { 0.0 };
-        let next = job.vectors.get(i + 1).filter(|_| i < last as usize);
+        let next = job.vectors.get(i + 1);
         points.push(row(time, v.end, while_it_stands(v, next, law)));
         time += v.wait;
         if on {
@@ -130,7 +133,7 @@ mod tests {
 
     #[test]
     fn power_belongs_to_the_way_that_it_lit() {
-        let mut record = BeamRecord::new(1, 1e9, 0.1);
+        let mut record = BeamRecord::new([0, 1], 1e9, 0.1);
         // dark, dark, dark, lit, lit, dark; the third vector is not wanted any more
         let block = MotionBlock {
             times: Times::Uniform { t0: 0.0, dt: 1e-3 },
@@ -152,11 +155,15 @@ mod tests {
             ]
         );
         assert_eq!(record.lit, 2.0);
+        // of a later layer nothing that was drawn before
+        let mut later = BeamRecord::new([1, 1], 1e9, 0.1);
+        later.block(&block);
+        assert_eq!((later.points[0].x, later.lit), (3.0, 1.0));
     }
 
     #[test]
     fn a_record_ends_where_it_is_long_enough() {
-        let mut record = BeamRecord::new(9, 3.5, 0.1);
+        let mut record = BeamRecord::new([0, 9], 3.5, 0.1);
         let block = MotionBlock {
             times: Times::Uniform { t0: 0.0, dt: 1e-3 },
             position: (0..20)

@@ -9,7 +9,7 @@ use meltpath_scan_head::head::vector::ScanJob;
 
 use super::RecipeHeat;
 use super::beam::while_it_stands;
-use super::judge::BOILING;
+use super::boiling::BOILING;
 
 const REMEDY: &str = "no wait between marks (polygon_wait = \"0 ms\"), or power that follows the speed (power_down_to of the recipe); waits at some corners alone stand in the file of the layers";
 
@@ -51,7 +51,11 @@ pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> 
         ..Check::not_checked(&id, &title, &format!("{told}: {why}"))
     };
     let [x, y] = standing.place;
-    Some(check.at(Place::at([x, y, 0.0])).remedy(REMEDY))
+    let place = Place {
+        layer: standing.layer,
+        ..Place::at([x, y, 0.0])
+    };
+    Some(check.at(place).remedy(REMEDY))
 }
 
 /// Tells waits in the light that bring more energy than the marks do.

@@ -5,10 +5,10 @@ use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 
 use meltpath_thermal::pool::keyhole::Mode;
 
-use super::{Boiling, HeatSettings, RecipeHeat};
-
-/// Boiling number from which vapour deepens the pool noticeably, and from which a keyhole forms.
-pub(super) const BOILING: [f64; 2] = [0.5, 1.0];
+use super::RecipeHeat;
+use super::boiling::{BOILING, Boiling};
+use super::settings::HeatSettings;
+use super::weakest::{Choice, NotTold};
 
 /// Judges a recipe, and warns of what the model does not hold. Where the surface is near boiling, pools are deeper than the model
 /// tells: what it does not melt through may be melted all the same, and nothing is said against it.
@@ -19,12 +19,11 @@ pub fn check(
     heat: &RecipeHeat,
     reporter: &Reporter,
 ) -> Check {
-    let worst = heat
-        .boiling
-        .iter()
-        .filter(|b| b.number > BOILING[0])
-        .max_by(|a, b| a.number.total_cmp(&b.number));
-    if let Some(worst) = worst {
+    let vapour = |marks: &[Boiling]| {
+        let near = marks.iter().filter(|b| b.number > BOILING[0]);
+        near.max_by(|a, b| a.number.total_cmp(&b.number)).copied()
+    };
+    if let Some(worst) = vapour(&heat.boiling) {
         let what = if worst.number > BOILING[1] {
             "the surface boils and vapour digs a keyhole"
         } else {
@@ -35,7 +34,7 @@ pub fn check(
             format!(
                 "{recipe}: {what} (boiling number {:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more; {}",
                 worst.number,
-                dug(worst)
+                dug(&worst)
             ),
             "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
         );
@@ -50,20 +49,27 @@ pub fn check(
             "raise heat.marks; a metre takes some ten seconds",
         );
     }
+    let worst = vapour(&heat.own);
+    let worst = worst.as_ref();
     let [asked, marked, less, more] = &heat.drawings;
     let id = format!("fusion-{number}");
-    let depth = 1e3 * settings.layer;
+    let choice = &heat.choice;
+    let depth = 1e3 * choice.depth;
     if asked.area == 0.0 {
         let title = format!("{recipe}: melted through {depth:.0} µm");
         let reason = "the commanded path itself melts through nowhere";
-        return match worst {
+        let check = match worst {
             Some(worst) => unsaid(Check::not_checked(&id, &title, reason), worst),
             None => Check {
                 status: Status::Fail,
                 ..Check::not_checked(&id, &title, reason)
             },
-        }
-        .remedy("more power, slower marks or thinner layers");
+        };
+        let check = among(check, choice).remedy("more power, slower marks or thinner layers");
+        return match choice.layer {
+            Some(layer) => check.at(Place::layer(layer)),
+            None => check,
+        };
     }
     let moved = [less, more].map(|other| (marked.share - other.share).abs());
     let value = Measure::new(100.0 * marked.share, 100.0 * moved[0].max(moved[1]), "%");
@@ -92,10 +98,54 @@ pub fn check(
         ),
         _ => check,
     };
+    let check = stands_for(among(check, choice), choice);
+    if choice.not_told.is_some() && check.status == Status::CannotSay {
+        return check;
+    }
     match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
-        Some(worst) => check.at(Place::at([worst.place[0], worst.place[1], 0.0])),
+        Some(worst) => check.at(Place {
+            layer: choice.layer,
+            ..Place::at([worst.place[0], worst.place[1], 0.0])
+        }),
         None => check,
     }
+}
+
+/// The check, with which of several layers it is of.
+fn among(check: Check, choice: &Choice) -> Check {
+    match choice.layer {
+        Some(layer) if choice.of > 1 => check.because(&format!(
+            "layer {layer} of the {} that are marked was drawn, which melts no better than those that it stands for",
+            choice.of
+        )),
+        _ => check,
+    }
+}
+
+/// The check of a layer that is not all: others may melt less.
+fn stands_for(check: Check, choice: &Choice) -> Check {
+    let Some(NotTold { first, layers }) = choice.not_told else {
+        return check;
+    };
+    if check.status == Status::Fail {
+        return check;
+    }
+    let more = match layers {
+        1 => String::new(),
+        n => format!(" and for {} more", n - 1),
+    };
+    let reason = format!(
+        "it does not stand for layer {first}{more}: marks of other power or speed, lines further apart, or a thicker layer"
+    );
+    Check {
+        status: check.status.max(Status::CannotSay),
+        ..check
+    }
+    .because(&reason)
+    .at(Place::layer(first))
+    .remedy(format!(
+        "run those by themselves, too: [layers] range = [{first}, {first}]"
+    ))
 }
 
 /// The check where the model only bounds from below.
@@ -152,6 +202,7 @@ mod tests {
                 number: 0.9,
                 keyhole: keyhole(&alloy, 293.15, laser),
                 end: [0.0; 2],
+                layer: None,
             })
         };
         for (power, spot, words) in [

@@ -3,8 +3,9 @@
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_thermal::pool::keyhole::{FULL_KEYHOLE, Mode};
 
-use super::judge::{BOILING, dug};
-use super::{Boiling, RecipeHeat};
+use super::RecipeHeat;
+use super::boiling::{Boiling, by_law, status};
+use super::judge::dug;
 
 const REMEDY: &str = "less power, faster marks, a wider spot or a colder bed; or look for pores in sections of your own builds";
 
@@ -33,27 +34,11 @@ pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> 
         ..Check::not_checked(&id, &title, &reason(worst))
     };
     let [x, y] = worst.end;
-    check.at(Place::at([x, y, 0.0])).remedy(REMEDY)
-}
-
-/// The keyhole number, by the law alone where that was not measured.
-fn by_law(boiling: &Boiling) -> f64 {
-    match &boiling.keyhole {
-        Ok(told) => told.number,
-        Err(beyond) => beyond.number,
-    }
-}
-
-fn status(boiling: &Boiling) -> Status {
-    match &boiling.keyhole {
-        Ok(told) if told.mode == Mode::Keyhole => Status::Warn,
-        // two laws that disagree
-        Ok(told) if told.mode == Mode::Conduction && boiling.number > BOILING[1] => Status::Warn,
-        Ok(_) => Status::Pass,
-        Err(beyond) if beyond.number >= FULL_KEYHOLE => Status::CannotSay,
-        Err(_) if boiling.number <= BOILING[0] => Status::Pass,
-        Err(_) => Status::Warn,
-    }
+    let place = Place {
+        layer: worst.layer,
+        ..Place::at([x, y, 0.0])
+    };
+    check.at(place).remedy(REMEDY)
 }
 
 fn reason(boiling: &Boiling) -> String {
@@ -101,6 +86,7 @@ mod tests {
                 number,
                 keyhole: keyhole(&alloy, ambient, laser),
                 end: [1.0, 2.0],
+                layer: None,
             };
             (status(&boiling), reason(&boiling))
         };

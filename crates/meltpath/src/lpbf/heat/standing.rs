@@ -5,11 +5,10 @@
 
 use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::vector::ScanJob;
-use meltpath_thermal::material::Material;
-use meltpath_thermal::material::medium::Medium;
 use meltpath_thermal::pool::fusion::standing_rise;
 
 use super::beam::while_it_stands;
+use super::settings::HeatSettings;
 
 /// A beam that stands in the light between two marks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,35 +19,44 @@ pub struct Standing {
     pub power: f64,
     /// Where, mm.
     pub place: [f64; 2],
+    /// In which layer, where layers are marked.
+    pub layer: Option<u32>,
+    /// By how much the middle of the spot warms, K.
+    pub rise: f64,
     /// How much the middle of the spot warms, over what it can until it boils.
     pub number: Option<f64>,
 }
 
-/// Where the beam stands between the marks up to number `last` and heats the most.
+impl Standing {
+    /// Which of two warms the metal more.
+    pub(super) fn hotter(&self, other: &Standing) -> std::cmp::Ordering {
+        self.rise.total_cmp(&other.rise)
+    }
+}
+
+/// Where the beam stands between the marks of a layer and heats the most.
 pub(super) fn longest(
-    (material, medium): (&Material, &Medium),
-    (absorptivity, spot): (f64, f64),
-    (job, law): (&ScanJob, PowerLaw),
-    last: u32,
+    settings: &HeatSettings,
+    (job, layer): (&ScanJob, Option<u32>),
+    law: PowerLaw,
 ) -> Option<Standing> {
-    let evaporation = material.evaporation.as_ref();
+    let (medium, spot) = (&settings.medium, settings.spot);
+    let evaporation = settings.material.evaporation.as_ref();
     let boiling = evaporation.and_then(|e| Some(e.components.first()?.boiling));
-    let stands = job.vectors.iter().take(last as usize + 1).enumerate();
+    let stands = job.vectors.iter().enumerate();
     let stands = stands.filter_map(|(i, v)| {
         let power = while_it_stands(v, job.vectors.get(i + 1), law);
-        let absorbed = absorptivity * power;
+        let absorbed = settings.absorptivity * power;
         let time = v.wait + spot / v.speed;
         let rise = standing_rise(medium, absorbed, spot, time);
-        (power > 0.0).then(|| {
-            let standing = Standing {
-                wait: v.wait,
-                power,
-                place: [v.end.x, v.end.y],
-                number: boiling.map(|b| rise / (b - medium.ambient).max(1.0)),
-            };
-            (rise, standing)
+        (power > 0.0).then(|| Standing {
+            wait: v.wait,
+            power,
+            place: [v.end.x, v.end.y],
+            layer,
+            rise,
+            number: boiling.map(|b| rise / (b - medium.ambient).max(1.0)),
         })
     });
-    let hottest = stands.max_by(|a, b| a.0.total_cmp(&b.0));
-    hottest.map(|(_, standing)| standing)
+    stands.max_by(Standing::hotter)
 }

@@ -1,6 +1,7 @@
 //! Layers that other software made, from their file: one in memory at a time, each time they are wanted.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::Planned;
 use meltpath_toolpath::Layer;
 
+use super::thickness;
 use crate::job::lpbf::LayersTable;
 
 /// The layers of a file that are executed.
@@ -34,6 +36,8 @@ pub struct FileLayers {
     pub(in crate::lpbf) counts: [usize; 2],
     /// The numbers of the first and the last one that are executed.
     pub(in crate::lpbf) numbers: [u32; 2],
+    /// How thick those are that are executed, mm, by their numbers; `None` where the file does not tell it.
+    pub(in crate::lpbf) thickness: BTreeMap<u32, Option<f64>>,
 }
 
 /// What to do about what is not followed of a file.
@@ -145,11 +149,13 @@ impl FileLayers {
         let mut numbers = [0; 2];
         let mut only: Option<Layer> = None;
         let mut heights = Heights::default();
+        let (mut stack, mut marking) = (Vec::new(), Vec::new());
         for layer in layers(path, tell).map_err(named)? {
             let layer = layer.map_err(named)?;
             let number = layer.number;
             heights.take(&layer, shown, reporter);
             count += 1;
+            stack.push(layer.height);
             all = Some([
                 all.map_or(number, |n| n[0].min(number)),
                 all.map_or(number, |n| n[1].max(number)),
@@ -163,6 +169,8 @@ impl FileLayers {
             if wanted {
                 // without a range the longest layer so far takes the place of the one before
                 chosen = if table.range.is_some() { chosen + 1 } else { 1 };
+                marking.truncate(chosen - 1);
+                marking.push((number, count - 1));
                 numbers = [if chosen == 1 { number } else { numbers[0] }, number];
                 until = count;
                 only = (chosen == 1).then_some(layer);
@@ -216,6 +224,10 @@ impl FileLayers {
             not_followed,
             counts: [chosen, count],
             numbers,
+            thickness: marking
+                .into_iter()
+                .map(|(number, index)| (number, thickness::of(&stack, index)))
+                .collect(),
         })
     }
 

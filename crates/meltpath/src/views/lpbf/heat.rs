@@ -36,11 +36,10 @@ pub(super) fn section(settings: &HeatSettings, results: &[RecipeResult<'_>]) -> 
     Section::new(
         "What melts",
         format!(
-            "The first square or layer, drawn by the semi-analytic heat engine as commanded and as marked: a place is melted through where the metal \
-             was liquid {:.0} µm below the surface. {}, absorptivity {:.0} %, bed at {:.0} °C, spot {:.0} µm. Conduction in dense metal with mean \
+            "One square, or the layer that melts the least, drawn by the semi-analytic heat engine as commanded and as marked: a place is melted through \
+             where the metal was liquid as deep as a layer is thick. {}, absorptivity {:.0} %, bed at {:.0} °C, spot {:.0} µm. Conduction in dense metal with mean \
              properties: powder, flow in the pool and vapour are left out, so that a keyhole is deeper than told here. A boiling number \
              (normalised enthalpy over its threshold, King et al. 2014) well below 1 means that this holds; near 1 vapour deepens the pool, above it a keyhole forms.",
-            1e3 * settings.layer,
             settings.material.name,
             100.0 * settings.absorptivity,
             settings.medium.ambient - CELSIUS,
@@ -90,11 +89,21 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
                 Role::Contour => "contours",
                 _ => "fills",
             };
-            format!("{kind} {:.2}; {}", b.number, dug(b))
+            let layer = match b.layer {
+                Some(layer) if heat.choice.of > 1 => format!(" (layer {layer})"),
+                _ => String::new(),
+            };
+            format!("{kind}{layer} {:.2}; {}", b.number, dug(b))
         })
         .collect();
+    let choice = &heat.choice;
+    let drawn = match choice.layer {
+        Some(layer) => format!("Layer {layer} of {} that are marked", choice.of),
+        None => "The first square".to_owned(),
+    };
     let surface = format!(
-        "The surface, {:.3} mm², is half a hatch beside the commanded lines and what these melt through, with the gaps between.",
+        "{drawn}, {:.0} µm thick. The surface, {:.3} mm², is half a hatch beside the commanded lines and what these melt through, with the gaps between.",
+        1e3 * choice.depth,
         heat.surface
     );
     table.noted(&if numbers.is_empty() {

@@ -66,6 +66,22 @@ fn a_hole_that_melts_shut_is_told_with_its_place() {
     assert!(told.value.as_ref().unwrap().value > 90.0, "{told:?}");
     let [x, y, _] = told.place.as_ref().unwrap().position.unwrap();
     assert!((x - 0.75).abs() < 0.01 && (y - 0.6).abs() < 0.01);
+    // a slit that is open to the outside is no less shut
+    let corners = [
+        "1.5 mm|1.2 mm",
+        "0.84 mm|1.2 mm",
+        "0.84 mm|0.3 mm",
+        "0.66 mm|0.3 mm",
+        "0.66 mm|1.2 mm",
+    ];
+    let corners = corners.map(|c| format!("[\"{}\"]", c.replace('|', "\", \"")));
+    let slit = PLATE.replace("[\"1.5 mm\", \"1.2 mm\"]", &corners.join(", "));
+    let shut = verdict(dir.path(), "", &slit, JUDGE);
+    let told = check(&shut, "holes");
+    assert_eq!(told.status, Status::Fail, "{told:?}");
+    assert!(told.reason.contains("a gap of the outline"), "{told:?}");
+    let [x, y, _] = told.place.as_ref().unwrap().position.unwrap();
+    assert!((x - 0.75).abs() < 0.01 && (y - 0.75).abs() < 0.01);
     let whole = verdict(dir.path(), "", PLATE, JUDGE);
     assert!(whole.checks.iter().all(|c| c.id != "holes"));
     // over powder nothing is there to melt down to, and cells coarser than the rim do not show what lies beyond it
@@ -88,4 +104,27 @@ fn a_hole_that_melts_shut_is_told_with_its_place() {
         );
     }
     assert_ne!(check(&whole, "unfused").status, Status::NotChecked);
+}
+
+/// The middle of a plane as thick as a layer of 0.2 mm stays solid; on two planes the upper one melts. Neither is known to be right.
+#[test]
+fn what_melts_on_more_planes_does_not_fail_for_lack_of_power() {
+    let dir = tempfile::tempdir().unwrap();
+    let judge = format!("{JUDGE}planes = 1\ndepth = \"0 mm\"\n");
+    let of = |share: u32| {
+        let ebm = format!("layer = \"0.2 mm\"\nefficiency = \"{share} %\"\n");
+        let verdict = verdict(dir.path(), &ebm, PLATE, &judge);
+        check(&verdict, "unmelted").clone()
+    };
+    let told = of(70);
+    assert_eq!(told.status, Status::CannotSay, "{told:?}");
+    assert!(told.reason.contains("with twice the planes"), "{told:?}");
+    let remedy = told.remedy.unwrap();
+    assert!(
+        remedy.contains("judge.planes") && !remedy.contains("power"),
+        "{remedy}"
+    );
+    let told = of(50);
+    assert_eq!(told.status, Status::Fail, "{told:?}");
+    assert!(told.remedy.unwrap().contains("more power"));
 }

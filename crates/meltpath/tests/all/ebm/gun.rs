@@ -169,7 +169,7 @@ fn corners_that_are_not_drawn_are_told() {
             continue;
         };
         assert_eq!(told.status, Status::Fail, "{told:?}");
-        let said = format!("where {lines} of the last layer end or turn");
+        let said = format!("where {lines} of the layer end or turn");
         assert!(told.reason.contains(&said), "{told:?}");
         assert!(doctor.contains(&format!("gun: {said}")), "{doctor}");
         let [x, y, _] = told.place.as_ref().unwrap().position.unwrap();
@@ -216,4 +216,31 @@ fn a_gun_that_cannot_do_the_job_is_refused() {
     std::fs::write(dir.path().join("wrong.toml"), wrong).unwrap();
     let told = refused("wrong.toml", "");
     says(&told, &["lag", "wrong.toml"]);
+}
+
+/// A layer below the last one that the gun cannot draw is told, too: of two layers of a hatch whose direction turns, one has short lines and
+/// many pauses in which the beam stays on.
+#[test]
+fn every_layer_is_followed() {
+    let dir = tempfile::tempdir().unwrap();
+    let known = OWN.replace("LAG", "1 µs").replace(
+        "[deflection]",
+        "between = \"ramped\"\nslew = { value = \"100 mA/ms\", source = \"log\" }\nbandwidth = { value = \"50 kHz\", source = \"log\" }\n[deflection]\njump = { value = \"20 µs\", source = \"log\" }",
+    );
+    std::fs::write(dir.path().join("own.toml"), known).unwrap();
+    let told = |layers: u32, angle: &str| {
+        let text = format!(
+            "[process]\nkind = \"ebm\"\n[ebm]\ngun = \"own.toml\"\ndiameter = \"0.3 mm\"\nlayers = {layers}\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"6 mm\", \"0 mm\"], [\"6 mm\", \"0.4 mm\"], [\"0 mm\", \"0.4 mm\"]]\n[hatch]\nstrategy = \"one-way\"\nspacing = \"0.1 mm\"\nspeed = \"2 m/s\"\nangle = \"{angle}\"\nturn = \"90 deg\"\ncurrent = \"3 mA\"\n"
+        );
+        let file = write(dir.path(), "job.toml", text);
+        let lines = chain::doctor(&file, &Silent).unwrap().lines;
+        let lines = lines.into_iter().filter(|l| l.contains("drawn besides"));
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    assert_eq!(told(1, "0 deg"), "");
+    let first = told(1, "90 deg");
+    assert!(!first.is_empty());
+    // the last layer has long lines, the one below it short ones
+    let below = told(2, "90 deg");
+    assert!(below.contains("layer 1, the worst of 2"), "{below}");
 }

@@ -236,3 +236,81 @@ fn what_is_drawn_and_never_melts_counts_as_surface() {
     let spot = 0.07;
     assert!(across[1] * 0.25 * spot > 1.2, "{cells}");
 }
+
+/// Rows of a layers' file: in each layer, of a number, a height and a power, lines of 1 mm at 600 mm/s, 40 µm apart.
+fn stack(layers: &[(u32, f64, f64)]) -> String {
+    let mut rows = "kind,x_mm,y_mm,speed_mm_s,power_W,wait_s,part,layer,height_mm\n".to_owned();
+    for (layer, height, power) in layers {
+        for line in 0..8 {
+            let (kind, y) = (
+                if line == 0 { "start" } else { "jump" },
+                0.04 * f64::from(line),
+            );
+            writeln!(rows, "{kind},0,{y},,,,1,{layer},{height}").unwrap();
+            writeln!(rows, "fill,1,{y},600,{power},0.002,1,{layer},{height}").unwrap();
+        }
+    }
+    rows
+}
+
+/// Every layer of a file is judged, not the first alone: the weakest is drawn at its own thickness, the hottest marks are looked for in all.
+#[test]
+fn layers_of_other_recipes_and_thicknesses_are_judged() {
+    let place = tempfile::tempdir().unwrap();
+    let head = "delays = \"recipe\"\n[plate]\nblock = [1, 1]\nside = \"3 mm\"\nhatch = \"0.05 mm\"\n[heat]\nlayer = \"10 µm\"";
+    let job = |range: [u32; 2], heat: &str| {
+        let own = format!(
+            "delays = \"recipe\"\nlayers = \"stack.csv\"\n[layers]\nrange = {range:?}\n[checks]\nfusion = \"20 %\"\n[heat]\n{heat}"
+        );
+        JOB.replace(head, &own)
+    };
+    let judged = |layers: &[(u32, f64, f64)], heat: &str| {
+        fs::write(place.path().join("stack.csv"), stack(layers)).unwrap();
+        let range = [layers[0].0, layers[layers.len() - 1].0];
+        run(place.path(), &job(range, heat), &soft("70 W")).map(|outcome| outcome.verdict)
+    };
+    let check = |verdict: &meltpath_base::Verdict, id: &str| {
+        let check = verdict.checks.iter().find(|c| c.id == id);
+        check.unwrap().clone()
+    };
+    let layer = |check: &meltpath_base::Check| check.place.as_ref().unwrap().layer;
+    // one recipe again and again
+    let alike = judged(&[(1, 0.01, 90.0), (2, 0.02, 90.0), (3, 0.03, 90.0)], "").unwrap();
+    let told = check(&alike, "fusion-1");
+    assert_eq!(told.status, Status::Pass, "{told:?}");
+    assert!(told.title.contains("10 µm"), "{told:?}");
+    // a later layer that melts nothing, and one that boils
+    let mixed = judged(&[(1, 0.01, 90.0), (2, 0.02, 5.0), (3, 0.03, 400.0)], "").unwrap();
+    let told = check(&mixed, "fusion-1");
+    assert_eq!(
+        (told.status, layer(&told)),
+        (Status::Fail, Some(2)),
+        "{told:?}"
+    );
+    let dug = check(&mixed, "keyhole-1");
+    assert!(
+        dug.status != Status::Pass && layer(&dug) == Some(3),
+        "{dug:?}"
+    );
+    // a thick layer of more power, a thin one of less: neither tells of the other
+    let other = judged(&[(1, 0.01, 90.0), (2, 0.02, 90.0), (3, 0.05, 120.0)], "").unwrap();
+    let told = check(&other, "fusion-1");
+    assert_eq!(
+        (told.status, layer(&told)),
+        (Status::CannotSay, Some(3)),
+        "{told:?}"
+    );
+    says(told.remedy.as_ref().unwrap(), &["[layers] range = [3, 3]"]);
+    // a depth that is written goes, and is told where the file says another
+    let deep = judged(&[(1, 0.1, 90.0), (2, 0.2, 90.0)], "layer = \"10 µm\"").unwrap();
+    assert!(warned(&deep, "heat-other-thickness"));
+    assert!(check(&deep, "fusion-1").title.contains("10 µm"));
+    let thick = judged(&[(1, 0.1, 90.0), (2, 0.2, 90.0)], "").unwrap();
+    let told = check(&thick, "fusion-1");
+    assert!(
+        told.title.contains("100 µm") && told.status != Status::Pass,
+        "{told:?}"
+    );
+    let told = judged(&[(1, 0.0, 90.0), (2, 0.0, 90.0)], "").unwrap_err();
+    says(&told, &["how thick layer 1 is", "heat.layer"]);
+}

@@ -1,0 +1,134 @@
+//! How near marks bring the surface to boiling, and the keyholes that they dig.
+
+use std::collections::HashSet;
+
+use meltpath_base::Status;
+use meltpath_scan_head::head::vector::ScanJob;
+use meltpath_thermal::pool::fusion::boiling_number;
+use meltpath_thermal::pool::keyhole::{Beyond, FULL_KEYHOLE, Keyhole, Laser, Mode, keyhole};
+use meltpath_toolpath::Role;
+
+use super::settings::HeatSettings;
+
+/// Boiling number from which vapour deepens the pool noticeably, and from which a keyhole forms.
+pub(super) const BOILING: [f64; 2] = [0.5, 1.0];
+
+/// Boiling numbers of a kind of marks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Boiling {
+    /// Of which marks.
+    pub kind: Role,
+    /// The greatest.
+    pub number: f64,
+    /// The keyhole there, by scaling, or why nothing is said of it.
+    pub keyhole: Result<Keyhole, Beyond>,
+    /// Where the mark ends of which that is told, mm.
+    pub end: [f64; 2],
+    /// In which layer, where layers are marked.
+    pub layer: Option<u32>,
+}
+
+/// The keyhole number, by the law alone where that was not measured.
+pub(super) fn by_law(boiling: &Boiling) -> f64 {
+    match &boiling.keyhole {
+        Ok(told) => told.number,
+        Err(beyond) => beyond.number,
+    }
+}
+
+/// What a keyhole is worth, pores and all.
+pub(super) fn status(boiling: &Boiling) -> Status {
+    match &boiling.keyhole {
+        Ok(told) if told.mode == Mode::Keyhole => Status::Warn,
+        // two laws that disagree
+        Ok(told) if told.mode == Mode::Conduction && boiling.number > BOILING[1] => Status::Warn,
+        Ok(_) => Status::Pass,
+        Err(beyond) if beyond.number >= FULL_KEYHOLE => Status::CannotSay,
+        Err(_) if boiling.number <= BOILING[0] => Status::Pass,
+        Err(_) => Status::Warn,
+    }
+}
+
+/// The hottest marks of some layers, by both laws.
+pub(super) struct Hottest<'a> {
+    settings: &'a HeatSettings,
+    /// Lasers that were looked at: kind, power, speed.
+    known: HashSet<(bool, u64, u64)>,
+    /// What is told: of each kind of marks one or two.
+    pub(super) found: Vec<Boiling>,
+}
+
+impl<'a> Hottest<'a> {
+    pub(super) fn new(settings: &'a HeatSettings) -> Self {
+        Hottest {
+            settings,
+            known: HashSet::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Looks at the marks of a layer.
+    pub(super) fn take(&mut self, job: &ScanJob, layer: Option<u32>) {
+        for v in job.vectors.iter().filter(|v| v.speed > 0.0) {
+            let fill = match v.kind {
+                Role::Contour => false,
+                Role::Fill => true,
+                _ => continue,
+            };
+            if !self
+                .known
+                .insert((fill, v.power.to_bits(), v.speed.to_bits()))
+            {
+                continue;
+            }
+            let settings = self.settings;
+            let (material, medium) = (&settings.material, &settings.medium);
+            let absorbed = settings.absorptivity * v.power;
+            let Some(number) = boiling_number(material, medium, absorbed, v.speed, settings.spot)
+            else {
+                continue;
+            };
+            let laser = Laser {
+                power: v.power,
+                speed: v.speed,
+                spot: settings.spot,
+                flat: settings.absorptivity,
+            };
+            self.found.push(Boiling {
+                kind: v.kind,
+                number,
+                keyhole: keyhole(material, medium.ambient, laser),
+                end: [v.end.x, v.end.y],
+                layer,
+            });
+            self.found = kept(&self.found);
+        }
+    }
+}
+
+/// Of each kind of marks the one nearest to boiling, and the one whose keyhole is the worst where that is another.
+fn kept(all: &[Boiling]) -> Vec<Boiling> {
+    let mut kept: Vec<Boiling> = Vec::new();
+    for kind in [Role::Contour, Role::Fill] {
+        // of equals the first
+        let of = || all.iter().rev().filter(move |b| b.kind == kind);
+        let near = of().max_by(|a, b| a.number.total_cmp(&b.number));
+        let worst = of().max_by(|a, b| {
+            let by_status = status(a).cmp(&status(b));
+            by_status.then(by_law(a).total_cmp(&by_law(b)))
+        });
+        kept.extend(near.copied());
+        kept.extend(worst.filter(|worst| near != Some(worst)).copied());
+    }
+    kept
+}
+
+/// The hottest marks of one layer.
+pub(super) fn hottest(
+    settings: &HeatSettings,
+    (job, layer): (&ScanJob, Option<u32>),
+) -> Vec<Boiling> {
+    let mut found = Hottest::new(settings);
+    found.take(job, layer);
+    found.found
+}
