@@ -412,6 +412,57 @@ impl Exported {
         Ok(self)
     }
 
+    /// The law in the coefficients that its word holds, as a system: without the cut, and signals not rounded.
+    ///
+    /// # Errors
+    /// [`ExportError::Shape`], [`ExportError::System`].
+    ///
+    /// ```
+    /// use meltpath_control::export::{AntiWindup, Exported, Word};
+    /// use meltpath_control::{discretise::{discretise, Hold}, TransferFunction};
+    /// let lag = TransferFunction::new([2.0], [0.1, 1.0]).unwrap().to_state_space().unwrap();
+    /// let sampled = discretise(&lag, 1e-3, Hold::First).unwrap();
+    /// let word = Word::Fixed { coefficient: 8, signal: 22 };
+    /// let export = Exported::sections("lag", &sampled, word, None, AntiWindup::None).unwrap();
+    /// // a pole at exp(-0.01) is held as 253/256
+    /// assert_eq!(export.held().unwrap().poles().unwrap()[0].re, 253.0 / 256.0);
+    /// ```
+    pub fn held(&self) -> Result<StateSpace, ExportError> {
+        self.check()?;
+        let k = |x: f64| self.word.rounded(x);
+        let domain = Domain::Sampled {
+            period: self.period,
+        };
+        match &self.law {
+            Law::Sections { gain, sections } => {
+                let first = StateSpace::constant(Matrix::diagonal(&[k(*gain)]), domain);
+                let series = sections.iter().try_fold(first, |so_far, s| {
+                    let ([b0, b1, b2], [a1, a2]) = (s.b.map(k), s.a.map(k));
+                    let a = [[-a1, 1.0], [-a2, 0.0]];
+                    let b = [b1 - a1 * b0, b2 - a2 * b0];
+                    so_far.then(&StateSpace::new(
+                        Matrix::from_fn(2, 2, |i, j| a[i][j]),
+                        Matrix::from_fn(2, 1, |i, _| b[i]),
+                        Matrix::from_fn(1, 2, |_, j| [1.0, 0.0][j]),
+                        Matrix::diagonal(&[b0]),
+                        domain,
+                    )?)
+                });
+                Ok(series?)
+            }
+            Law::StateSpace { update, output, .. } => {
+                let n = update.len();
+                Ok(StateSpace::new(
+                    Matrix::from_fn(n, n, |i, j| k(update[i][j])),
+                    Matrix::from_fn(n, 1, |i, _| k(update[i][n])),
+                    Matrix::from_fn(1, n, |_, j| k(output[j])),
+                    Matrix::diagonal(&[k(output[n])]),
+                    domain,
+                )?)
+            }
+        }
+    }
+
     /// The law's transition matrix, from rounded coefficients or not.
     fn transition(&self, rounded: bool) -> Matrix {
         let value = |x: f64| if rounded { self.word.rounded(x) } else { x };

@@ -2,6 +2,7 @@
 //!
 //! Source: Rasoanarivo 2020, § 2.4. The history is a file of lines, one JSON record a test, to which tests are only ever added.
 
+mod checks;
 pub mod error;
 pub mod history;
 
@@ -11,14 +12,15 @@ use crate::data::DataText;
 use crate::identify::bench;
 use crate::views;
 use meltpath_base::output::OutputFolder;
-use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
+use meltpath_base::{Provenance, Reporter, Verdict};
 use meltpath_data::scan_heads;
-use meltpath_perception::{Mapping, read};
+use meltpath_perception::{Mapping, Record, RecordError, read};
 use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{
-    Harmless, Km0Stage1, first_stage, harmless, simulate_first_stage, simulate_second_stage,
+    Harmless, Km0Stage1, first_stage, harmless, looked_for, simulate_first_stage,
+    simulate_second_stage,
 };
 use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
 use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
@@ -95,6 +97,15 @@ impl Subject {
             .file_stem()
             .map_or_else(|| self.head.clone(), |s| s.to_string_lossy().into_owned());
         format!("{}/{head}/{}", self.machine, self.axis)
+    }
+
+    /// Modes of its file that the first stage looks for, Hz.
+    fn modes(&self) -> Vec<f64> {
+        let modes = self.data.motor.modes.iter();
+        modes
+            .map(|mode| mode.omega / std::f64::consts::TAU)
+            .filter(|f| looked_for(*f, self.period))
+            .collect()
     }
 
     fn signal(&self) -> Result<Km0Samples, HealthError> {
@@ -244,22 +255,11 @@ pub fn test(
         .reference()
         .map(|reference| rate(reference, &record))
         .unwrap_or_default();
+    let accepted = history.reference().map_or(&[][..], |r| &r.modes);
+    let missing = checks::missing_modes(&subject.modes(), accepted, &record.modes, reporter);
     let rating = drifts.first().map_or(Rating::Good, |d| d.rating);
-    if let Some(reference) = history.reference()
-        && reference.modes.len() != record.modes.len()
-    {
-        reporter.warn(
-            "modes",
-            format!(
-                "{} flexible modes were found, {} in the test to compare with",
-                record.modes.len(),
-                reference.modes.len()
-            ),
-            "look at the response of the first stage: a mode that comes or goes is a mount",
-        );
-    }
     let verdict = Verdict {
-        checks: checks(&drifts),
+        checks: checks::of(&drifts).into_iter().chain(missing).collect(),
         facts: Vec::new(),
         warnings: reporter.digest(3),
     };
@@ -307,6 +307,27 @@ fn at_a_stop(subject: &Subject, (stage, angle): (&str, &[f64]), reporter: &Repor
     }
 }
 
+/// The record of the first stage, which has no set-points where its voltage was played in open loop.
+fn first_record(
+    path: &Path,
+    mapping: &Mapping,
+    reporter: &Reporter,
+) -> Result<Record, RecordError> {
+    let set_point = mapping.channels.get(SET_POINT);
+    let without = set_point.map(|source| source.column.to_string());
+    match read(path, mapping, reporter) {
+        Err(RecordError::Column { column, .. }) if Some(&column) == without.as_ref() => {
+            let mut open = mapping.clone();
+            open.channels.remove(SET_POINT);
+            read(path, &open, reporter)
+        }
+        other => other,
+    }
+}
+
+/// The channel of set-points.
+const SET_POINT: &str = "set-point";
+
 /// Both stages from files.
 fn recorded(
     subject: &Subject,
@@ -316,9 +337,9 @@ fn recorded(
     reporter: &Reporter,
 ) -> Result<(Km0Stage1, AxisRecord), HealthError> {
     let mapping = Mapping::load(mapping)?;
-    let one = read(first, &mapping, reporter)?;
+    let one = first_record(first, &mapping, reporter)?;
     let bench = bench(&one)?;
-    let excitation = match one.channel("set-point") {
+    let excitation = match one.channel(SET_POINT) {
         Ok(s) if s.iter().any(|v| *v != s[0]) => Excitation::SetPoint(s),
         _ => Excitation::Voltage,
     };
@@ -334,7 +355,7 @@ fn recorded(
         });
     }
     at_a_stop(subject, ("second", two.channel("angle")?), reporter);
-    let begin = if let Ok(set_points) = two.channel("set-point") {
+    let begin = if let Ok(set_points) = two.channel(SET_POINT) {
         signal.align(set_points)?
     } else {
         reporter.warn(
@@ -420,62 +441,6 @@ fn changed(axis: &Axis, changes: &[String]) -> Result<Axis, HealthError> {
         }
     }
     Ok(axis)
-}
-
-/// What tells of the coil and its magnet; the other quantities of the first stage are found through them.
-const COIL: [&str; 3] = ["resistance", "inductance", "torque constant"];
-
-fn checks(drifts: &[Drift]) -> Vec<Check> {
-    if drifts.is_empty() {
-        return vec![Check::not_checked(
-            "drift",
-            "drift",
-            "this is the first test: later ones are compared with it",
-        )];
-    }
-    // what is found by way of the coil drifts with it
-    let coil = |d: &&Drift| COIL.contains(&d.quantity.as_str()) && d.rating != Rating::Good;
-    let first: Vec<&str> = drifts
-        .iter()
-        .filter(coil)
-        .map(|d| d.quantity.as_str())
-        .collect();
-    let check = |d: &Drift| {
-        let limit = Limit::AtMost(100.0 * d.limits.1);
-        let id = format!("drift-{}", d.quantity.replace(' ', "-"));
-        let mut check = Check::judge(&id, &d.quantity, Measure::exact(100.0 * d.size, "%"), limit);
-        check.status = match d.rating {
-            Rating::Good => Status::Pass,
-            Rating::Watch => Status::Warn,
-            Rating::Intervene => Status::Fail,
-        };
-        check.reason = format!(
-            "{}: {:+.1} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
-            d.rating.words(),
-            100.0 * d.change,
-            d.reference,
-            d.now,
-            100.0 * d.limits.0,
-            100.0 * d.limits.1
-        );
-        if d.rating == Rating::Good {
-            check
-        } else {
-            let after = if first.is_empty() || COIL.contains(&d.quantity.as_str()) {
-                String::new()
-            } else {
-                format!(
-                    "mend what the {} tells first, it shows here too; else ",
-                    first.join(" and ")
-                )
-            };
-            check.remedy(format!(
-                "{after}likely {}: {}; where something was replaced on purpose, --accept makes this test the one to compare with",
-                d.fault, d.action
-            ))
-        }
-    };
-    drifts.iter().map(check).collect()
 }
 
 /// An instant as ISO 8601 in UTC.

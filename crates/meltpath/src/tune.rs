@@ -103,6 +103,50 @@ fn sturdier(result: &AxisResult) -> &'static str {
     }
 }
 
+/// How far the exported controller stays from the critical point over the spread of motors.
+fn distance(result: &AxisResult, settings: &Settings) -> Option<Check> {
+    let worst = result.chosen().closest()?;
+    let letter = result.task.name.letter();
+    let (latest, shift) = (settings.latest(), settings.mode_shift());
+    let modes = shift.map_or("modes in place".to_owned(), |shift| {
+        format!("modes moved by ±{:.0} %", 100.0 * shift)
+    });
+    let late = if latest > 0.0 {
+        format!(", voltages up to {:.1} µs late", 1e6 * latest)
+    } else {
+        String::new()
+    };
+    let check = Check::judge(
+        &format!("{letter}-mode"),
+        &format!(
+            "{}: distance to the critical point of the exported controller as it runs, {modes}{late}",
+            letter.to_ascii_uppercase(),
+        ),
+        Measure::exact(worst.distance, ""),
+        Limit::AtLeast(0.99 * settings.spread.modulus_margin),
+    );
+    if check.status == Status::Pass {
+        return Some(check);
+    }
+    let what = if worst.distance > 0.0 {
+        "closest"
+    } else {
+        "unstable"
+    };
+    let check = check.because(&format!(
+        "{what} with the modes at {:+.1} % and voltages {:.1} µs late",
+        100.0 * (worst.shift - 1.0),
+        1e6 * worst.delay
+    ));
+    let smaller = match (shift.is_some(), latest > 0.0) {
+        (true, true) => ", or a smaller robust.mode_shift or robust.delay",
+        (true, false) => ", or a smaller robust.mode_shift",
+        (false, true) => ", or a smaller robust.delay",
+        (false, false) => "",
+    };
+    Some(check.remedy(format!("{}{smaller}", sturdier(result))))
+}
+
 fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
     let letter = result.task.name.letter();
     let upper = letter.to_ascii_uppercase();
@@ -125,33 +169,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
         );
     }
     let chosen = result.chosen();
-    if let Some(spread) = &settings.spread
-        && let Some(least) = chosen.least_distance
-    {
-        let check = Check::judge(
-            &format!("{letter}-mode"),
-            &format!(
-                "{upper}: distance to the critical point of the exported controller, modes moved by ±{:.0} %",
-                100.0 * (1.0 - spread.mode_shifts[0])
-            ),
-            Measure::exact(least, ""),
-            Limit::AtLeast(0.99 * spread.modulus_margin),
-        );
-        // a cascade's distance is that of its continuous loop; the scattered motors are sampled
-        let check = match (chosen.lost(), result.choice) {
-            (lost @ 1.., Choice::Cascade) if check.status == Status::Pass => Check {
-                status: Status::CannotSay,
-                ..check
-            }
-            .because(&format!(
-                "this is the continuous loop's; sampled every {:.0} µs the controller loses {lost} scattered motors",
-                1e6 * settings.period
-            )),
-            _ => check,
-        };
-        let smaller = format!("{}, or a smaller robust.mode_shift", sturdier(result));
-        checks.push(check.remedy(smaller));
-    }
+    checks.extend(distance(result, settings));
     if *settings.file.compare.draws > 0 {
         checks.push(
             Check::judge(

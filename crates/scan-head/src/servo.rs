@@ -7,4 +7,5 @@ pub mod model;
 pub mod preview;
 pub mod refine;
 pub mod robust;
+pub mod sampled;
 pub mod synthesis;

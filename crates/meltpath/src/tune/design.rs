@@ -11,15 +11,16 @@ use meltpath_control::export::Exported;
 use meltpath_perception::{Mapping, read};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{
-    AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, SampledController, SampledForm,
+    AngleUnit, CascadeGains, Controller, FeedForward, SampledController, SampledForm,
 };
 use meltpath_scan_head::servo::compare::{Draw, monte_carlo};
 use meltpath_scan_head::servo::h_infinity::{
-    Form, HInfinityServo, LoopQuality, design as synthesise, quality, with_modes,
+    Form, HInfinityServo, LoopQuality, design as synthesise, quality, sampled_quality, with_modes,
 };
 use meltpath_scan_head::servo::model::{Loop, LoopFigures, ServoModel};
 use meltpath_scan_head::servo::refine::Refined;
-use meltpath_scan_head::servo::robust::{RobustDesign, RobustError, search};
+use meltpath_scan_head::servo::robust::{RobustDesign, RobustError, Spread, search};
+use meltpath_scan_head::servo::sampled::{Distance, Sampling, cascade};
 use meltpath_scan_head::servo::synthesis::{Tuned, tune};
 use rayon::prelude::*;
 
@@ -38,13 +39,28 @@ pub(crate) struct Candidate {
     pub(crate) draws: Vec<Draw>,
     /// First amplitude of the signal, rad.
     pub(crate) amplitude: f64,
-    /// Factor on the modes, distance to the critical point (0 where unstable).
-    pub(crate) sweep: Vec<(f64, f64)>,
-    /// The smallest of them within the spread.
-    pub(crate) least_distance: Option<f64>,
+    /// The loop as it runs, for every motor of the spread.
+    pub(crate) sweep: Vec<Swept>,
+}
+
+/// How far the loop of one motor stays from the critical point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Swept {
+    /// Factor on the modes.
+    pub(crate) shift: f64,
+    /// Loop delay beyond the head's own, s.
+    pub(crate) delay: f64,
+    /// Distance to the critical point, 0 where unstable.
+    pub(crate) distance: f64,
 }
 
 impl Candidate {
+    /// The motor of the spread whose loop comes closest to the critical point.
+    pub(crate) fn closest(&self) -> Option<Swept> {
+        let closer = |a: Swept, b: Swept| if b.distance < a.distance { b } else { a };
+        self.sweep.iter().copied().reduce(closer)
+    }
+
     /// Scattered motors that ran away or ring.
     pub(crate) fn lost(&self) -> usize {
         self.draws.len() - self.errors_kept().len()
@@ -175,36 +191,30 @@ pub(crate) fn design(
             feed_forward: tuned.gains.feed_forward,
         })
     };
-    let mut ways: Vec<(Choice, &'static str, Controller, Option<&HInfinityServo>)> = vec![
-        (Choice::Cascade, "cascade", Controller::Cascade(gains), None),
-        (
-            Choice::HInfinity,
-            "H-infinity",
-            state_space(&h_infinity),
-            Some(&h_infinity),
-        ),
+    let mut ways: Vec<(Choice, &'static str, Controller)> = vec![
+        (Choice::Cascade, "cascade", Controller::Cascade(gains)),
+        (Choice::HInfinity, "H-infinity", state_space(&h_infinity)),
     ];
     if let Some(found) = &robust {
-        let law = state_space(&found.servo);
-        ways.push((Choice::Robust, "robust", law, Some(&found.servo)));
+        ways.push((Choice::Robust, "robust", state_space(&found.servo)));
     }
-    let mut candidates = Vec::new();
-    for (choice, name, controller, servo) in ways {
-        let sweep =
-            sweep(task, settings, &gains, &current, servo).map_err(step(letter, "comparison"))?;
-        let mut found = candidate(task, settings, &set_points, controller, observer)?;
-        found.choice = choice;
+    let choice = choice(settings, robust.is_some());
+    let (mut candidates, mut export) = (Vec::new(), None);
+    for (way, name, controller) in ways {
+        let exported = if way == choice {
+            exported(task, settings, &controller).map_err(step(letter, "export"))?
+        } else {
+            None
+        };
+        // what leaves is judged as it leaves
+        let runs = exported.as_ref().map_or(&controller, |e| &e.1);
+        let mut found = candidate(task, settings, &set_points, (&controller, runs), observer)?;
+        found.choice = way;
         found.name = name;
-        found.least_distance = sweep.iter().map(|p| p.1).reduce(f64::min);
-        found.sweep = sweep;
+        found.sweep = sweep(task, settings, runs).map_err(step(letter, "comparison"))?;
         candidates.push(found);
+        export = export.or(exported);
     }
-    let fallback = if robust.is_some() {
-        Choice::Robust
-    } else {
-        Choice::HInfinity
-    };
-    let choice = settings.file.export.controller.unwrap_or(fallback);
     let mut result = AxisResult {
         task: task.clone(),
         tuned,
@@ -220,47 +230,61 @@ pub(crate) fn design(
         export: None,
         as_exported: None,
     };
-    if choice == Choice::Robust && result.robust.is_none() {
-        result.choice = Choice::HInfinity;
+    if let Some((export, controller)) = export {
+        result.as_exported = Some(as_exported(&result, settings, controller)?);
+        result.export = Some(export);
     }
-    leave(&mut result, settings)?;
     Ok(result)
 }
 
-/// Exports the chosen controller and runs the signal with it as exported.
-fn leave(result: &mut AxisResult, settings: &Settings) -> Result<(), TuneError> {
-    let letter = result.task.name.letter();
-    let Controller::Sampled(designed) = &result.chosen().controller else {
-        return Ok(());
-    };
-    let SampledForm::Designed(system) = &designed.form else {
-        return Ok(());
-    };
-    let limit = Some(settings.limit.unwrap_or(result.task.axis.limits.current));
-    let name = format!("controller_{letter}");
-    let export = match *settings.file.export.form {
-        ExportForm::Sections => {
-            Exported::sections(&name, system, settings.word, limit, settings.anti_windup)
-        }
-        ExportForm::StateSpace => {
-            Exported::state_space(&name, system, settings.word, limit, settings.anti_windup)
-        }
-    }
-    .map_err(step(letter, "export"))?;
-    let controller = Controller::Sampled(SampledController {
-        form: SampledForm::Exported(export.clone()),
-        ..designed.clone()
-    });
+/// The signal with the controller as exported.
+fn as_exported(
+    result: &AxisResult,
+    settings: &Settings,
+    controller: Controller,
+) -> Result<Trial, TuneError> {
     let axis = Axis {
         controller,
         prefilter: None,
         ..result.task.axis.clone()
     };
-    let trial = trial(&axis, &result.set_points, settings)
-        .map_err(step(letter, "export, simulated as exported"))?;
-    result.as_exported = Some(trial);
-    result.export = Some(export);
-    Ok(())
+    let failed = "export, simulated as exported";
+    trial(&axis, &result.set_points, settings).map_err(step(result.task.name.letter(), failed))
+}
+
+/// Which controller leaves.
+fn choice(settings: &Settings, has_robust: bool) -> Choice {
+    match *settings.file.export.controller {
+        Some(Choice::Robust) | None if has_robust => Choice::Robust,
+        Some(Choice::Robust) | None => Choice::HInfinity,
+        Some(wanted) => wanted,
+    }
+}
+
+/// A designed controller as it leaves, and as an axis runs it; none where gains leave.
+fn exported(
+    task: &AxisTask,
+    settings: &Settings,
+    controller: &Controller,
+) -> Result<Option<(Exported, Controller)>, StepError> {
+    let Controller::Sampled(designed) = controller else {
+        return Ok(None);
+    };
+    let SampledForm::Designed(system) = &designed.form else {
+        return Ok(None);
+    };
+    let limit = Some(settings.limit.unwrap_or(task.axis.limits.current));
+    let name = format!("controller_{}", task.name.letter());
+    let (word, anti_windup) = (settings.word, settings.anti_windup);
+    let export = match *settings.file.export.form {
+        ExportForm::Sections => Exported::sections(&name, system, word, limit, anti_windup),
+        ExportForm::StateSpace => Exported::state_space(&name, system, word, limit, anti_windup),
+    }?;
+    let runs = Controller::Sampled(SampledController {
+        form: SampledForm::Exported(export.clone()),
+        ..designed.clone()
+    });
+    Ok(Some((export, runs)))
 }
 
 fn robust(
@@ -270,18 +294,28 @@ fn robust(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Option<RobustDesign>, TuneError> {
-    let Some(spread) = &settings.spread else {
+    if settings.mode_shift().is_none() {
         return Ok(None);
+    }
+    let spread = &settings.spread;
+    // what a motor's voltage is late by, the head's own lateness included
+    let spread = Spread {
+        delays: spread.delays.iter().map(|d| task.axis.delay + d).collect(),
+        ..spread.clone()
+    };
+    let sampling = Sampling {
+        period: settings.period,
+        every: *settings.file.export.every,
     };
     let letter = task.name.letter();
     match search(
         &task.axis.motor,
         &tuned.gains.current,
         AngleUnit::Degree,
-        spread,
+        &spread,
         task.h_infinity.crossover,
         settings.robust_changes,
-        settings.period,
+        sampling,
         &settings.robust_swarm,
         observer,
     ) {
@@ -298,11 +332,12 @@ fn robust(
     }
 }
 
+/// A controller tried on the signal as designed, and on scattered motors as it runs.
 fn candidate(
     task: &AxisTask,
     settings: &Settings,
     set_points: &[f64],
-    controller: Controller,
+    (controller, runs): (&Controller, &Controller),
     observer: &dyn Observer,
 ) -> Result<Candidate, TuneError> {
     let letter = task.name.letter();
@@ -329,8 +364,12 @@ fn candidate(
     } else {
         // what scatters is how the axis arrives
         let samples = short_signal(task, settings).map_err(step(letter, failed))?;
+        let leaves = Axis {
+            controller: runs.clone(),
+            ..bare.clone()
+        };
         monte_carlo(
-            &bare,
+            &leaves,
             &samples,
             settings.data.head.period,
             &settings.scatter,
@@ -343,59 +382,78 @@ fn candidate(
     Ok(Candidate {
         choice: Choice::Cascade,
         name: "",
-        controller,
+        controller: controller.clone(),
         bare: one.map_err(step(letter, failed))?,
         filtered: two.map_err(step(letter, failed))?,
         draws,
         amplitude: task.signal.amplitude,
         sweep: Vec::new(),
-        least_distance: None,
     })
 }
 
-/// Distance to the critical point over moved modes: of the sampled loop, or of the cascade's continuous outer loop.
+/// Distance to the critical point over moved modes and loop delays: of the loop as it runs.
 fn sweep(
     task: &AxisTask,
     settings: &Settings,
-    gains: &CascadeGains,
-    current: &CurrentGains,
-    servo: Option<&HInfinityServo>,
-) -> Result<Vec<(f64, f64)>, StepError> {
-    let Some(spread) = &settings.spread else {
-        return Ok(Vec::new());
+    controller: &Controller,
+) -> Result<Vec<Swept>, StepError> {
+    let (latest, shift) = (settings.latest(), settings.mode_shift());
+    let delays: &[f64] = if latest > 0.0 {
+        &[0.0, 0.5 * latest, latest]
+    } else {
+        &[0.0]
     };
-    let (low, high) = (
-        spread.mode_shifts.first().copied().unwrap_or(1.0),
-        spread.mode_shifts.last().copied().unwrap_or(1.0),
-    );
-    (0..SWEEP)
+    let shifts: Vec<f64> = match shift {
+        None => vec![1.0],
+        Some(shift) => (0..SWEEP)
+            .map(|k| 1.0 + shift * (2.0 * k as f64 / (SWEEP - 1) as f64 - 1.0))
+            .collect(),
+    };
+    let motors: Vec<(f64, f64)> = shifts
+        .into_iter()
+        .flat_map(|shift| delays.iter().map(move |&delay| (shift, delay)))
+        .collect();
+    motors
         .into_par_iter()
-        .map(|k| {
-            let shift = low + (high - low) * k as f64 / (SWEEP - 1) as f64;
-            let distance = if let Some(servo) = servo {
-                let found = quality(
-                    &task.axis.motor,
-                    current,
-                    AngleUnit::Degree,
-                    servo,
-                    Form::Sampled,
-                    shift,
-                    task.axis.delay,
-                )?;
-                (found.stable, found.modulus_margin)
-            } else {
-                let moved = with_modes(&task.axis.motor, shift);
-                let model = ServoModel::new(&moved, gains);
-                let closed = model.closed_loop()?;
-                let stable = closed
-                    .is_stable()
-                    .map_err(meltpath_control::SystemError::from)?;
-                let modulus = model
-                    .figures(Loop::Position)
-                    .map_or(1.0, |f| f.margins.modulus.value);
-                (stable, modulus)
-            };
-            Ok((shift, if distance.0 { distance.1 } else { 0.0 }))
+        .map(|(shift, delay)| {
+            let found = distance(task, settings, controller, (shift, task.axis.delay + delay))?;
+            Ok(Swept {
+                shift,
+                delay,
+                distance: if found.stable { found.modulus } else { 0.0 },
+            })
         })
         .collect()
+}
+
+/// How far the loop of a controller stays from the critical point with the modes moved by a factor and voltages late, s.
+fn distance(
+    task: &AxisTask,
+    settings: &Settings,
+    controller: &Controller,
+    (shift, delay): (f64, f64),
+) -> Result<Distance, StepError> {
+    let axis = &task.axis;
+    let law = match controller {
+        Controller::Cascade(gains) => {
+            let moved = with_modes(&axis.motor, shift);
+            let period = settings.data.head.period;
+            return Ok(cascade(&moved, gains, axis.speed, period, delay)?);
+        }
+        Controller::Sampled(law) => law,
+    };
+    let held;
+    let system = match &law.form {
+        SampledForm::Designed(system) => system,
+        SampledForm::Exported(export) => {
+            held = export.held()?;
+            &held
+        }
+    };
+    let acts = (system, law.every);
+    let found = sampled_quality(&axis.motor, &law.current, law.unit, acts, shift, delay)?;
+    Ok(Distance {
+        stable: found.stable,
+        modulus: found.modulus_margin,
+    })
 }

@@ -76,7 +76,7 @@ fn summary(result: &AxisResult) -> serde_json::Value {
                 "rms_deg": c.bare.error.rms().to_degrees(),
                 "largest_deg": c.bare.error.largest().to_degrees(),
                 "rms_with_prefilter_deg": c.filtered.as_ref().map(|t| t.error.rms().to_degrees()),
-                "least_distance": c.least_distance,
+                "least_distance": c.closest().map(|s| s.distance),
                 "lost": c.lost(),
                 "draws": c.draws,
             })

@@ -88,7 +88,7 @@ table! {
     pub struct RobustTable {
         /// How far the modes may move to either side; `"0 %"` for no search.
         mode_shift: Ratio where not_negative => default("10 %", "a mode moves by some percent with temperature, mounting and mirror");
-        /// The longest loop delay that is served.
+        /// The longest loop delay that is served, beyond the head's own.
         delay: Time where not_negative => computed("half a sample");
         /// Distance to the critical point kept everywhere.
         modulus_margin: f64 => default(0.5, "the usual distance");

@@ -52,8 +52,8 @@ pub struct Settings {
     pub refine_swarm: Swarm,
     /// Record and mapping.
     pub record: Option<[PathBuf; 2]>,
-    /// The motors that the robust controller serves; none for no search.
-    pub spread: Option<Spread>,
+    /// The motors that the exported controller is to serve, and for which the robust one is searched where their modes differ.
+    pub spread: Spread,
     /// How the robust controller is made smaller.
     pub robust_changes: Changes,
     /// The swarm of the search.
@@ -155,6 +155,19 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
     })
 }
 
+impl Settings {
+    /// How far modes may lie from those of the design, as a share; none where they stay.
+    pub fn mode_shift(&self) -> Option<f64> {
+        let shift = 1.0 - self.spread.mode_shifts.first().copied().unwrap_or(1.0);
+        (shift > 0.0).then_some(shift)
+    }
+
+    /// The longest loop delay beyond the head's own, s.
+    pub fn latest(&self) -> f64 {
+        self.spread.delays.last().copied().unwrap_or(0.0)
+    }
+}
+
 /// Motors of axes that are not tuned: what is written would do nothing.
 fn beside(file: &TuneFile) -> Vec<Problem> {
     let motors = [
@@ -178,21 +191,21 @@ fn beside(file: &TuneFile) -> Vec<Problem> {
     .collect()
 }
 
-fn robust(
-    table: &RobustTable,
-    half: f64,
-    told: &mut Provenance,
-) -> (Option<Spread>, Changes, Swarm) {
+fn robust(table: &RobustTable, half: f64, told: &mut Provenance) -> (Spread, Changes, Swarm) {
     let shift = table.mode_shift.0;
     let delay = table.delay.or_computed(told, Time(half)).0;
     let spread = Spread {
-        mode_shifts: vec![
-            1.0 - shift,
-            1.0 - 0.5 * shift,
-            1.0,
-            1.0 + 0.5 * shift,
-            1.0 + shift,
-        ],
+        mode_shifts: if shift > 0.0 {
+            vec![
+                1.0 - shift,
+                1.0 - 0.5 * shift,
+                1.0,
+                1.0 + 0.5 * shift,
+                1.0 + shift,
+            ]
+        } else {
+            vec![1.0]
+        },
         delays: if delay > 0.0 {
             vec![0.0, delay]
         } else {
@@ -207,8 +220,7 @@ fn robust(
         ..Swarm::default()
     };
     let order = *table.order;
-    let wanted = (shift > 0.0).then_some(spread);
-    (wanted, Changes::Balanced { order }, swarm)
+    (spread, Changes::Balanced { order }, swarm)
 }
 
 fn task(
@@ -263,6 +275,7 @@ fn task(
     let mut h_infinity =
         HInfinityTargets::for_motor(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
             .map_err(|e| Problem::new(e.to_string()))?;
+    h_infinity.every = *file.export.every;
     let template = |t: &TemplateTable, at: &Setting<Option<TemplateTable>>| {
         Template::new(*t.low, *t.high, t.crossover.0).map_err(|e| at.problem(e.to_string()))
     };

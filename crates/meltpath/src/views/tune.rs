@@ -164,8 +164,9 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
         ),
         ..Section::default()
     };
-    if let Some(s) = &settings.spread {
-        spread.plots.push(bode::sweep(result, s.modulus_margin));
+    if settings.mode_shift().is_some() {
+        let limit = settings.spread.modulus_margin;
+        spread.plots.push(bode::sweep(result, limit));
     }
     if *settings.file.compare.draws > 0 {
         spread.plots.push(bode::scattered(&result.candidates));

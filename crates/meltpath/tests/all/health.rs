@@ -134,6 +134,25 @@ fn remedies_of_a_drift_are_true() {
     }
     let mended = simulated(&folder, time, &[]);
     assert_eq!(mended.verdict.status(), Status::Pass, "{:?}", mended.drifts);
+    // a mode that lies where none was is not that of before, which is not there: nothing is said of it
+    let gone = simulated(&folder, time, &["mode=0.55"]).verdict;
+    let mode = gone.checks.iter().find(|c| c.id == "drift-mode-1").unwrap();
+    assert_eq!(mode.status, Status::CannotSay, "{mode:?}");
+    says(&mode.reason, &["Hz of the accepted test is not found"]);
+    assert!(
+        gone.warnings.iter().any(|w| w.code == "modes"),
+        "{:?}",
+        gone.warnings
+    );
+    assert_ne!(gone.status(), Status::Pass);
+    // in a first test the head's file says what is to be found
+    let first = simulated(&dir.path().join("other"), time, &["mode=0.55"]).verdict;
+    let mode = first
+        .checks
+        .iter()
+        .find(|c| c.id == "drift-mode-1")
+        .unwrap();
+    says(&mode.reason, &["Hz of the head's file is not found"]);
     let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
     let mirror = Bench::Simulated(vec!["inertia=1.12".to_owned()]);
     let accepted = Circumstances {
@@ -237,9 +256,17 @@ fn records_give_what_the_bench_gave() {
     let folder = dir.path().join("history");
     simulated(&folder, "2026-01-05T08:00:00Z", &[]);
     let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
+    // a voltage that was played in open loop has no set-points; the mapping of both records names them
+    let bare = |line: &str| line.rsplit_once(',').unwrap().0.to_owned() + "\n";
+    let open: String = fs::read_to_string(dir.path().join("one.csv"))
+        .unwrap()
+        .lines()
+        .map(bare)
+        .collect();
+    fs::write(dir.path().join("open.csv"), open).unwrap();
     let tried = |second: &str, mapping: &str, history: &Path| {
         let bench = Bench::Records {
-            first: dir.path().join("one.csv"),
+            first: dir.path().join("open.csv"),
             second: dir.path().join(second),
             mapping: dir.path().join(mapping),
         };

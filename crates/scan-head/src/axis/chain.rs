@@ -32,6 +32,22 @@ pub struct Encoder {
     pub noise: f64,
 }
 
+impl Encoder {
+    /// What it reads of an angle, rad.
+    pub(crate) fn read(&self, angle: f64, random: &mut Random) -> f64 {
+        let noisy = if self.noise > 0.0 {
+            angle + self.noise * random.normal()
+        } else {
+            angle
+        };
+        if self.resolution > 0.0 {
+            (noisy / self.resolution).round() * self.resolution
+        } else {
+            noisy
+        }
+    }
+}
+
 /// An axis: motor, drive, control, sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -107,7 +123,11 @@ impl<const N: usize, L: Law> Runs for Loop<N, L> {
             let current = self.plant.current();
             let measured = Measured {
                 current,
-                angle: if plain { angle } else { self.read(angle) },
+                angle: if plain {
+                    angle
+                } else {
+                    self.encoder.read(angle, &mut self.random)
+                },
                 speed: self.plant.speed(),
             };
             let voltage = self
@@ -124,19 +144,6 @@ impl<const N: usize, L: Law> Runs for Loop<N, L> {
 }
 
 impl<const N: usize, L: Law> Loop<N, L> {
-    fn read(&mut self, angle: f64) -> f64 {
-        let noisy = if self.encoder.noise > 0.0 {
-            angle + self.encoder.noise * self.random.normal()
-        } else {
-            angle
-        };
-        if self.encoder.resolution > 0.0 {
-            (noisy / self.encoder.resolution).round() * self.encoder.resolution
-        } else {
-            noisy
-        }
-    }
-
     #[inline]
     fn act(&mut self, voltage: f64) {
         let now = if self.late.is_empty() {

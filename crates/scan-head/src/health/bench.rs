@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use meltpath_control::Complex64;
 use meltpath_control::prbs::Prbs;
 use meltpath_control::welch::{Welch, estimate};
+use meltpath_numerics::random::Random;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, AxisRecord};
@@ -30,6 +31,11 @@ const PERIODS: usize = 8;
 const LOWEST_MODE: f64 = 1000.0;
 /// Highest frequency of a mode over the sampling frequency.
 const HIGHEST_MODE: f64 = 0.45;
+/// Whether the first stage at a sample period (s) looks for modes at a frequency, Hz.
+pub fn looked_for(frequency: f64, period: f64) -> bool {
+    (LOWEST_MODE..HIGHEST_MODE / period).contains(&frequency)
+}
+
 /// A crest is a mode where it stands this far over its surroundings.
 const CREST: f64 = 2.0;
 /// Surroundings of a crest: from 1/`AROUND` to `AROUND` times its frequency.
@@ -117,11 +123,10 @@ fn modes(
     method: &Method,
 ) -> Result<Vec<FoundMode>, IdentificationError> {
     let e = estimate(record.current, record.angle, record.period, &method.welch)?;
-    let highest = HIGHEST_MODE / record.period;
     let ratio: Vec<(f64, f64)> = (0..e.omega.len())
         .filter(|&k| {
             let f = e.omega[k] / TAU;
-            (LOWEST_MODE..highest).contains(&f) && e.coherence[k] > COHERENT
+            looked_for(f, record.period) && e.coherence[k] > COHERENT
         })
         .map(|k| {
             let s = Complex64::new(0.0, e.omega[k]);
@@ -200,10 +205,13 @@ impl BenchColumns {
     }
 }
 
+/// Seed of the encoder's noise on the simulated bench.
+const SEED: u64 = 1;
+
 /// The amplitude that is tried first, V; halved while the motor leaves its travel.
 const AMPLITUDE: f64 = 0.5;
 
-/// Drives the axis' motor with the binary sequence in open loop, as far as its travel allows.
+/// Drives the axis' motor with the binary sequence in open loop, as far as its travel allows; its encoder reads the angles.
 ///
 /// # Errors
 /// [`AxisError`].
@@ -281,6 +289,7 @@ fn drive<const N: usize>(
 ) -> Result<BenchColumns, AxisError> {
     let skipped = voltage.len() / PERIODS;
     let mut plant = Plant::<N>::new(&axis.motor, &[period], 0.0)?;
+    let mut random = Random::new(SEED);
     let mut columns = BenchColumns {
         period,
         ..BenchColumns::default()
@@ -289,7 +298,9 @@ fn drive<const N: usize>(
         if k >= skipped {
             columns.voltage.push(u);
             columns.current.push(plant.current());
-            columns.angle.push(plant.angle());
+            columns
+                .angle
+                .push(axis.encoder.read(plant.angle(), &mut random));
         }
         plant.advance(0, u, 0.0);
     }
@@ -305,5 +316,5 @@ pub fn simulate_second_stage(
     signal: &Km0Samples,
     period: f64,
 ) -> Result<AxisRecord, AxisError> {
-    axis.start(period, 0.0, 1)?.record(&signal.set_points)
+    axis.start(period, 0.0, SEED)?.record(&signal.set_points)
 }

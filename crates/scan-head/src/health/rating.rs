@@ -239,7 +239,35 @@ impl Km0Record {
     }
 }
 
-/// Rates a test against the first accepted one: every quantity with its change, the worst first. The axis' rating is that of
+/// A mode is not taken for one that lies farther off than this share of its frequency.
+const SAME_MODE: f64 = 0.3;
+
+/// For each of some modes (Hz) that of others (Hz) which it is: the nearest within [`SAME_MODE`], each taken once, the nearest pair
+/// first.
+pub fn matched(modes: &[f64], others: &[f64]) -> Vec<Option<f64>> {
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (i, a) in modes.iter().enumerate() {
+        for (j, b) in others.iter().enumerate() {
+            let apart = (b / a - 1.0).abs();
+            if apart <= SAME_MODE {
+                pairs.push((apart, i, j));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut found = vec![None; modes.len()];
+    let mut taken = vec![false; others.len()];
+    for (_, i, j) in pairs {
+        if found[i].is_none() && !taken[j] {
+            found[i] = Some(others[j]);
+            taken[j] = true;
+        }
+    }
+    found
+}
+
+/// Rates a test against the first accepted one: every quantity with its change, the worst first; modes that were not
+/// found again are left out. The axis' rating is that of
 /// the first entry.
 pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
     let both = |of: fn(&Km0Record) -> f64| [of(reference), of(now)];
@@ -255,8 +283,12 @@ pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
     ]
     .map(|(name, watched, values)| watched.rate(name.to_owned(), values))
     .to_vec();
-    let modes = reference.modes.iter().zip(&now.modes).enumerate();
-    drifts.extend(modes.map(|(k, (a, b))| MODE.rate(format!("mode {}", k + 1), [*a, *b])));
+    let found = matched(&reference.modes, &now.modes);
+    let modes = reference.modes.iter().zip(&found).enumerate();
+    drifts.extend(modes.filter_map(|(k, (a, b))| {
+        let b = (*b)?;
+        Some(MODE.rate(format!("mode {}", k + 1), [*a, b]))
+    }));
     drifts.extend(
         [
             (
@@ -294,6 +326,26 @@ pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Modes are known again by where they lie, not by their place in a row.
+    #[test]
+    fn modes_are_known_by_their_frequency() {
+        for (modes, others, found) in [
+            (
+                &[2200.0, 4000.0][..],
+                &[4010.0][..],
+                &[None, Some(4010.0)][..],
+            ),
+            (&[4000.0], &[2200.0, 3240.0], &[Some(3240.0)]),
+            (&[4000.0], &[2200.0], &[None]),
+            (&[4000.0], &[], &[None]),
+            // the nearest pair first, each once
+            (&[3000.0, 3400.0], &[3300.0], &[None, Some(3300.0)]),
+            (&[3000.0, 3400.0], &[3300.0, 4000.0], &[None, Some(3300.0)]),
+        ] {
+            assert_eq!(matched(modes, others), found, "{modes:?} {others:?}");
+        }
+    }
 
     /// Overshoot, in percent of the step: of an axis with much of it a share of it, of one with next to none points. Less is no fault.
     #[test]

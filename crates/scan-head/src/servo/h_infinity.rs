@@ -5,7 +5,7 @@
 //! stays and belongs to the plant (fig. 3.4).
 
 use meltpath_control::balanced::{Reduction, reduce};
-use meltpath_control::discretise::{Hold, discretise, discretise_delayed};
+use meltpath_control::discretise::{Hold, discretise};
 use meltpath_control::h_infinity::{
     MixedSensitivity, SynthesisError, SynthesisOptions, Template, WeightError, synthesise,
 };
@@ -21,6 +21,7 @@ use crate::axis::control::{AngleUnit, CurrentGains};
 use crate::axis::error::{AxisError, positive};
 use crate::axis::galvanometer::{Galvanometer, Mode};
 use crate::servo::model::{current_loop, grid_for};
+use crate::servo::sampled::{self, Sampling};
 
 meltpath_base::passes_on! {
     /// Why no controller is made.
@@ -91,6 +92,9 @@ pub struct HInfinityTargets {
     pub changes: Changes,
     /// Sample time of the controller, s.
     pub period: f64,
+    /// It acts once in so many samples of the axis, whose current regulator acts at each.
+    #[serde(default = "each")]
+    pub every: u32,
     /// Amperes in the unit in which the weights count the command; 1 where they count amperes.
     #[serde(default = "one")]
     pub command_unit: f64,
@@ -98,6 +102,10 @@ pub struct HInfinityTargets {
 
 fn one() -> f64 {
     1.0
+}
+
+fn each() -> u32 {
+    1
 }
 
 /// Bandwidth of the thesis' weights, rad/s.
@@ -134,6 +142,7 @@ impl HInfinityTargets {
                 closeness: 0.2,
             },
             period,
+            every: 1,
             command_unit: command_unit(motor, unit, bandwidth),
         })
     }
@@ -177,6 +186,8 @@ pub struct HInfinityServo {
     pub continuous: StateSpace,
     /// The same sampled by triangle hold: what runs.
     pub sampled: StateSpace,
+    /// It acts once in so many samples of the axis.
+    pub every: u32,
 }
 
 /// Which form of a controller a loop is judged with.
@@ -330,8 +341,12 @@ pub fn design(
         });
     }
     let sampled = discretise(&continuous, targets.period, Hold::First)?;
-    let held = discretise(&plant, targets.period, Hold::Zero)?;
-    if !is_stable(&sampled.then(&held)?)? {
+    let sampling = Sampling {
+        period: targets.period,
+        every: targets.every,
+    };
+    let runs = sampled::current_plant(motor, current, unit, sampling, 0.0)?;
+    if !is_stable(&sampled.then(&runs)?)? {
         return Err(HInfinityError::Lost {
             order,
             what: "sampling",
@@ -344,6 +359,7 @@ pub fn design(
         simplified,
         continuous,
         sampled,
+        every: targets.every,
     })
 }
 
@@ -364,53 +380,73 @@ pub fn quality(
     mode_shift: f64,
     delay: f64,
 ) -> Result<LoopQuality, SystemError> {
+    if form == Form::Sampled {
+        let controller = (&servo.sampled, servo.every);
+        return sampled_quality(motor, current, unit, controller, mode_shift, delay);
+    }
     let moved = with_modes(motor, mode_shift);
     let plant = current_plant(&moved, current, unit)?;
-    let mut grid = grid_for(&moved);
-    match form {
-        Form::Continuous => {
-            let exact = servo.continuous.then(&plant)?;
-            let late = if delay > 0.0 {
-                TransferFunction::constant(1.0)
-                    .delayed(delay)?
-                    .pade(PADE)?
-                    .to_state_space()?
-                    .then(&exact)?
-            } else {
-                exact
-            };
-            let k = &servo.simplified.controller;
-            let open = |w: f64| {
-                let s = Complex64::new(0.0, w);
-                let plant = current_loop(&moved, current, s)
-                    * moved.speed_over_current(s)
-                    * unit.per_radian()
-                    / s;
-                k.at(s) * plant * Complex64::cis(-w * delay)
-            };
-            Ok(judged(
-                form,
-                open,
-                &grid,
-                is_stable(&late)?,
-                mode_shift,
-                delay,
-            ))
-        }
-        Form::Sampled => {
-            let Domain::Sampled { period } = servo.sampled.domain else {
-                return Err(SystemError::Period { period: 0.0 });
-            };
-            let held = discretise_delayed(&plant, period, delay)?;
-            let stable = is_stable(&servo.sampled.then(&held)?)?;
-            // by zeros and poles, far cheaper than a solution at every frequency
-            let controller = ZeroPoleGain::from_state_space(&servo.sampled, 0, 0)?;
-            let motor = ZeroPoleGain::from_state_space(&held, 0, 0)?;
-            grid.retain(|&w| w < std::f64::consts::PI / period);
-            let open = |w: f64| controller.response(w) * motor.response(w);
-            Ok(judged(form, open, &grid, stable, mode_shift, delay))
-        }
-    }
+    let grid = grid_for(&moved);
+    let exact = servo.continuous.then(&plant)?;
+    let late = if delay > 0.0 {
+        TransferFunction::constant(1.0)
+            .delayed(delay)?
+            .pade(PADE)?
+            .to_state_space()?
+            .then(&exact)?
+    } else {
+        exact
+    };
+    let k = &servo.simplified.controller;
+    let open = |w: f64| {
+        let s = Complex64::new(0.0, w);
+        let plant =
+            current_loop(&moved, current, s) * moved.speed_over_current(s) * unit.per_radian() / s;
+        k.at(s) * plant * Complex64::cis(-w * delay)
+    };
+    Ok(judged(
+        form,
+        open,
+        &grid,
+        is_stable(&late)?,
+        mode_shift,
+        delay,
+    ))
+}
+
+/// The same of any sampled controller that acts once in so many samples of the axis, as it runs: current regulator sampled, voltage held
+/// and `delay` s late.
+///
+/// # Errors
+/// [`SystemError`].
+pub fn sampled_quality(
+    motor: &Galvanometer,
+    current: &CurrentGains,
+    unit: AngleUnit,
+    (controller, every): (&StateSpace, u32),
+    mode_shift: f64,
+    delay: f64,
+) -> Result<LoopQuality, SystemError> {
+    let Domain::Sampled { period } = controller.domain else {
+        return Err(SystemError::Period { period: 0.0 });
+    };
+    let moved = with_modes(motor, mode_shift);
+    let sampling = Sampling { period, every };
+    let plant = sampled::current_plant(&moved, current, unit, sampling, delay)?;
+    let stable = is_stable(&controller.then(&plant)?)?;
+    // by zeros and poles, far cheaper than a solution at every frequency
+    let controller = ZeroPoleGain::from_state_space(controller, 0, 0)?;
+    let motor = ZeroPoleGain::from_state_space(&plant, 0, 0)?;
+    let open = |w: f64| controller.response(w) * motor.response(w);
+    let grid = sampled::grid(&moved, period);
+    Ok(judged(
+        Form::Sampled,
+        open,
+        &grid,
+        stable,
+        mode_shift,
+        delay,
+    ))
 }
 
 /// Order of the rational form of a delay when poles are computed.

@@ -16,6 +16,7 @@ use crate::servo::h_infinity::{
     Changes, Form, HInfinityError, HInfinityServo, HInfinityTargets, LoopQuality, Weights,
     command_unit, design, quality,
 };
+use crate::servo::sampled::Sampling;
 
 /// The motors a controller has to serve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,7 +100,7 @@ const FREQUENCIES: [bool; 8] = [true, false, false, false, true, false, true, fa
 fn targets(
     x: &[f64],
     changes: Changes,
-    period: f64,
+    sampling: Sampling,
     command_unit: f64,
 ) -> Option<HInfinityTargets> {
     Some(HInfinityTargets {
@@ -111,7 +112,8 @@ fn targets(
         least_damping: x[7],
         crossover: x[0],
         changes,
-        period,
+        period: sampling.period,
+        every: sampling.every,
         command_unit,
     })
 }
@@ -132,7 +134,7 @@ pub fn search(
     spread: &Spread,
     bandwidth: f64,
     changes: Changes,
-    period: f64,
+    sampling: Sampling,
     swarm: &Swarm,
     observer: &dyn Observer,
 ) -> Result<RobustDesign, RobustError> {
@@ -146,7 +148,7 @@ pub fn search(
     let pace = bandwidth / 3000.0;
     let worth = command_unit(motor, unit, bandwidth);
     let cost = |x: &[f64]| -> f64 {
-        let Some(targets) = targets(x, changes, period, worth) else {
+        let Some(targets) = targets(x, changes, sampling, worth) else {
             return f64::INFINITY;
         };
         let Ok(servo) = design(motor, current, unit, &targets) else {
@@ -167,7 +169,8 @@ pub fn search(
         *value *= if frequency { pace } else { 1.0 };
     }
     let found = minimise(cost, &ranges, Some(&start), swarm, observer)?;
-    let targets = targets(&found.values, changes, period, worth).ok_or(SwarmError::NoFiniteCost)?;
+    let targets =
+        targets(&found.values, changes, sampling, worth).ok_or(SwarmError::NoFiniteCost)?;
     let servo = design(motor, current, unit, &targets)?;
     let loops = loops(motor, current, unit, &servo, spread).map_err(HInfinityError::Axis)?;
     if let Some(bad) = loops.iter().find(|l| !serves(l, spread)) {

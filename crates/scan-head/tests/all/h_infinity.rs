@@ -8,7 +8,7 @@ use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::h_infinity::Template;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{
-    AngleUnit, CascadeGains, Controller, FeedForward, SampledController, SampledForm,
+    AngleUnit, CascadeGains, Controller, FeedForward, SampledController, SampledForm, SpeedSource,
 };
 use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run,
@@ -17,10 +17,14 @@ use meltpath_scan_head::servo::h_infinity::{
     Changes, Form, HInfinityServo, HInfinityTargets, Weights, design, quality, with_modes,
 };
 use meltpath_scan_head::servo::robust::{Spread, loops, search};
+use meltpath_scan_head::servo::sampled::{Sampling, cascade};
 
 /// Sample time of the sampled controllers, s, and of the simulation.
 const SAMPLE: f64 = 50e-6;
 const PERIOD: f64 = 2e-6;
+const EVERY: u32 = 25;
+/// A controller that acts with the current regulator, as in the shipped heads.
+const TOGETHER: u32 = 1;
 
 fn thesis_targets() -> HInfinityTargets {
     HInfinityTargets {
@@ -32,23 +36,24 @@ fn thesis_targets() -> HInfinityTargets {
             closeness: 0.2,
         },
         period: SAMPLE,
+        every: EVERY,
         command_unit: 1.0,
     }
 }
 
-/// Weights that `search` found for modes 10 % to either side, rounded.
+/// Weights that `search` found for modes 10 % to either side and voltages up to 25 µs late, current regulator at 20 kHz as well, rounded.
 fn robust_targets() -> HInfinityTargets {
     HInfinityTargets {
         weights: Weights {
-            sensitivity: Template::new(0.001, 1.001, 3516.0).unwrap(),
-            command: Template::new(158.0, 0.16, 2.78e5).unwrap(),
-            disturbance: Template::new(60.0, 0.9, 1000.0).unwrap(),
+            sensitivity: Template::new(0.001, 1.018, 2636.0).unwrap(),
+            command: Template::new(137.0, 0.0847, 1.196e5).unwrap(),
+            disturbance: Template::new(60.0, 0.9, 372.0).unwrap(),
         },
-        least_damping: 0.0246,
-        crossover: 3516.0,
+        least_damping: 0.00883,
+        crossover: 2636.0,
         changes: Changes::Balanced { order: 5 },
-        period: SAMPLE,
-        command_unit: 1.0,
+        every: TOGETHER,
+        ..thesis_targets()
     }
 }
 
@@ -60,7 +65,7 @@ fn sampled(servo: &HInfinityServo, feed_forward: FeedForward) -> Controller {
     Controller::Sampled(SampledController {
         form: SampledForm::Designed(servo.sampled.clone()),
         unit: AngleUnit::Degree,
-        every: (SAMPLE / PERIOD).round() as u32,
+        every: servo.every,
         current: synthesised().current,
         feed_forward,
     })
@@ -162,7 +167,10 @@ fn lpbf_ac48b_the_pre_filter_sets_the_error_not_the_controller() {
 fn a_controller_serves_modes_ten_percent_to_either_side() {
     let motor = motor();
     let current = synthesised().current;
-    let eight = servo(&thesis_targets());
+    let eight = servo(&HInfinityTargets {
+        every: TOGETHER,
+        ..thesis_targets()
+    });
     let five = servo(&robust_targets());
     assert_eq!(five.sampled.order(), 5);
     let judge = |servo: &HInfinityServo, form, shift, delay| {
@@ -179,40 +187,121 @@ fn a_controller_serves_modes_ten_percent_to_either_side() {
     };
     // the thesis' controller is lost 10 % below
     assert!(!judge(&eight, Form::Continuous, 0.9, 0.0).stable);
+    assert!(!judge(&eight, Form::Sampled, 0.9, 0.0).stable);
     let nominal = judge(&eight, Form::Sampled, 1.0, 0.0);
     let mut slowest = f64::INFINITY;
     for k in 0..=20 {
         let shift = 0.9 + 0.01 * f64::from(k);
         for delay in [0.0, 12e-6, 25e-6] {
-            for form in [Form::Continuous, Form::Sampled] {
-                let found = judge(&five, form, shift, delay);
-                assert!(found.stable, "{found:?}");
-                if form == Form::Sampled {
-                    assert!(
-                        found.modulus_margin > 0.5 && found.resonance < 1.5,
-                        "{found:?}"
-                    );
-                    slowest = slowest.min(found.error_band);
-                }
-            }
+            let found = judge(&five, Form::Sampled, shift, delay);
+            assert!(found.stable, "{found:?}");
+            // rounded weights end a little above the 1.5 of the search
+            assert!(
+                found.modulus_margin > 0.5 && found.resonance < 1.55,
+                "{found:?}"
+            );
+            slowest = slowest.min(found.error_band);
         }
     }
-    // useful: everywhere, with delay, faster than the thesis' controller on its own motor without
+    // useful: everywhere, with delay, nearly as fast as the thesis' controller on its own motor without
     assert!(
-        slowest > nominal.error_band,
+        slowest > 0.975 * nominal.error_band,
         "{slowest} {}",
         nominal.error_band
     );
     // and in time: the multi-step with the mode moved is as good as with the mode in place
-    let set_points = MultiStep::thesis().samples(PERIOD).unwrap();
-    for shift in [0.9, 1.0, 1.1] {
-        let mut moved = axis(sampled(&five, feed_forward()), None);
+    let set_points = MultiStep::thesis().samples(SAMPLE).unwrap();
+    let moved = |servo: &HInfinityServo, shift| {
+        let mut moved = axis(sampled(servo, feed_forward()), None);
         moved.motor = with_modes(&moved.motor, shift);
-        let record = run(&moved, &set_points, PERIOD, 1).unwrap();
-        let error = TrackingError::of(&set_points, &record.angle);
+        run(&moved, &set_points, SAMPLE, 1).map(|r| TrackingError::of(&set_points, &r.angle))
+    };
+    for shift in [0.9, 1.0, 1.1] {
+        let error = moved(&five, shift).unwrap();
+        let degrees = [error.rms(), error.largest()].map(f64::to_degrees);
+        let thesis = moved(&eight, shift).map(|e| [e.rms(), e.largest()].map(f64::to_degrees));
+        println!("{shift} rms and largest {degrees:?}, thesis {thesis:?}");
         assert!(percent_below(&error, 0.1) > 99.0);
-        assert!(error.largest().to_degrees() < 0.21 && error.rms().to_degrees() < 0.017);
+        assert!(degrees[0] < 0.0185 && degrees[1] < 0.26, "{degrees:?}");
     }
+}
+
+/// A current regulator that acts with the controller leaves less than a fast one, as a continuous one would be: weights that a search
+/// found for the latter serve the former no more.
+#[test]
+fn a_sampled_current_regulator_is_no_continuous_one() {
+    let fast = HInfinityTargets {
+        weights: Weights {
+            sensitivity: Template::new(0.001, 1.001, 3516.0).unwrap(),
+            command: Template::new(158.0, 0.16, 2.78e5).unwrap(),
+            disturbance: Template::new(60.0, 0.9, 1000.0).unwrap(),
+        },
+        least_damping: 0.0246,
+        crossover: 3516.0,
+        changes: Changes::Balanced { order: 5 },
+        ..thesis_targets()
+    };
+    let distance = |every| {
+        let servo = servo(&HInfinityTargets {
+            every,
+            ..fast.clone()
+        });
+        let (motor, current) = (motor(), synthesised().current);
+        let unit = AngleUnit::Degree;
+        quality(&motor, &current, unit, &servo, Form::Sampled, 0.9, 0.0)
+            .unwrap()
+            .modulus_margin
+    };
+    let [fast, together] = [EVERY, TOGETHER].map(distance);
+    assert!(fast > 0.49 && together < 0.2, "{fast} {together}");
+}
+
+/// An axis rings after a small step where its loop as it runs is told unstable, and settles where it is told stable.
+#[test]
+fn axes_ring_where_their_loops_are_unstable() {
+    let unit = AngleUnit::Degree;
+    let current = synthesised().current;
+    let mut rings = [0, 0];
+    let mut told = |name: &str, axis: &Axis, stable: bool| {
+        let rests = axis.check_stable(SAMPLE).is_ok();
+        assert_eq!(stable, rests, "{name}, voltages {} s late", axis.delay);
+        rings[usize::from(!rests)] += 1;
+    };
+    let every = |targets: HInfinityTargets, every: u32| HInfinityTargets {
+        every,
+        period: f64::from(every) * SAMPLE,
+        ..targets
+    };
+    for (targets, name) in [
+        (every(thesis_targets(), 1), "thesis"),
+        (robust_targets(), "robust"),
+        (every(robust_targets(), 2), "at every other sample"),
+    ] {
+        let servo = servo(&targets);
+        for shift in [0.8, 0.9, 1.0, 1.1] {
+            for delay in [0.0, 20e-6, 60e-6, 130e-6] {
+                let form = Form::Sampled;
+                let found = quality(&motor(), &current, unit, &servo, form, shift, delay).unwrap();
+                let mut moved = axis(sampled(&servo, feed_forward()), None);
+                moved.motor = with_modes(&moved.motor, shift);
+                moved.delay = delay;
+                told(&format!("{name}, modes at {shift}"), &moved, found.stable);
+            }
+        }
+    }
+    for speed in [
+        SpeedSource::Rotor,
+        SpeedSource::Derivative { filter: 20e-6 },
+    ] {
+        for delay in [0.0, 12e-6, 25e-6, 60e-6] {
+            let gains = refined();
+            let found = cascade(&motor(), &gains, speed, SAMPLE, delay).unwrap();
+            let mut late = axis(Controller::Cascade(gains), None);
+            (late.speed, late.delay) = (speed, delay);
+            told("cascade", &late, found.stable);
+        }
+    }
+    assert!(rings.iter().all(|n| *n > 10), "{rings:?}");
 }
 
 #[test]
@@ -234,7 +323,10 @@ fn the_search_serves_its_spread() {
         &spread,
         3000.0,
         changes,
-        SAMPLE,
+        Sampling {
+            period: SAMPLE,
+            every: TOGETHER,
+        },
         &swarm,
         &Silent,
     )
@@ -250,18 +342,18 @@ fn the_search_serves_its_spread() {
     assert_eq!(again, found.loops);
 }
 
-fn set_points(levels: u32, hold: f64) -> Vec<f64> {
+fn set_points(levels: u32, hold: f64, period: f64) -> Vec<f64> {
     let signal = MultiStep {
         levels,
         hold,
         ..MultiStep::thesis()
     };
-    signal.samples(PERIOD).unwrap()
+    signal.samples(period).unwrap()
 }
 
 #[test]
 fn no_scattered_motor_is_lost() {
-    let set_points = set_points(4, 10e-3);
+    let set_points = set_points(4, 10e-3, SAMPLE);
     let scatter = Scatter {
         resistance: 0.2,
         inertia: 0.1,
@@ -274,7 +366,7 @@ fn no_scattered_motor_is_lost() {
         monte_carlo(
             &axis(law, None),
             &set_points,
-            PERIOD,
+            SAMPLE,
             &scatter,
             24,
             7,
@@ -282,7 +374,11 @@ fn no_scattered_motor_is_lost() {
         )
         .unwrap()
     };
-    let (thesis, robust) = (draws(&thesis_targets()), draws(&robust_targets()));
+    let thesis = draws(&HInfinityTargets {
+        every: TOGETHER,
+        ..thesis_targets()
+    });
+    let robust = draws(&robust_targets());
     let lost = |all: &[Draw]| {
         // an axis that rings by a degree is lost even where it does not run away
         all.iter()
@@ -320,8 +416,11 @@ fn no_scattered_motor_is_lost() {
 
 #[test]
 fn an_exported_controller_drives_the_axis_as_the_designed_one() {
-    let set_points = set_points(3, 20e-3);
-    let five = servo(&robust_targets());
+    let set_points = set_points(3, 20e-3, PERIOD);
+    let five = servo(&HInfinityTargets {
+        every: EVERY,
+        ..robust_targets()
+    });
     let angles = |controller| {
         run(&axis(controller, None), &set_points, PERIOD, 1)
             .unwrap()
@@ -350,7 +449,7 @@ fn an_exported_controller_drives_the_axis_as_the_designed_one() {
             let found = angles(Controller::Sampled(SampledController {
                 form: SampledForm::Exported(export.unwrap()),
                 unit: AngleUnit::Degree,
-                every: (SAMPLE / PERIOD).round() as u32,
+                every: EVERY,
                 current: synthesised().current,
                 feed_forward: feed_forward(),
             }));

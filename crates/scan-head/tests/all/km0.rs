@@ -255,3 +255,25 @@ fn lpbf_ac36_lag_and_friction_against_speed() {
     );
     assert!(found.friction.bias + found.friction.coulomb > 1e-5);
 }
+
+/// What the bench records of the first stage is what the axis' encoder reads: with its noise, in its steps.
+#[test]
+fn the_first_stage_is_read_by_the_encoder() {
+    let clean = simulate_first_stage(&axis(), PERIOD).unwrap();
+    let mut coarse = axis();
+    (coarse.encoder.noise, coarse.encoder.resolution) = (3e-6, 1e-6);
+    let read = simulate_first_stage(&coarse, PERIOD).unwrap();
+    assert_eq!(
+        (&read.voltage, &read.current),
+        (&clean.voltage, &clean.current)
+    );
+    let off = read
+        .angle
+        .iter()
+        .zip(&clean.angle)
+        .map(|(a, b)| (a - b).powi(2));
+    let rms = (off.sum::<f64>() / clean.angle.len() as f64).sqrt();
+    assert!((rms / 3e-6 - 1.0).abs() < 0.02, "{rms}");
+    let steps = read.angle.iter().map(|a| a / 1e-6);
+    assert!(steps.clone().all(|s| (s - s.round()).abs() < 1e-6));
+}

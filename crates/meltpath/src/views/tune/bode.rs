@@ -326,13 +326,16 @@ pub(super) fn sweep(result: &AxisResult, limit: f64) -> Plot {
     for c in &result.candidates {
         let points = c
             .sweep
-            .iter()
-            .map(|&(shift, d)| DVec2::new(100.0 * (shift - 1.0), d))
+            .chunk_by(|a, b| a.shift == b.shift)
+            .map(|of_shift| {
+                let least = of_shift.iter().map(|s| s.distance).fold(f64::MAX, f64::min);
+                DVec2::new(100.0 * (of_shift[0].shift - 1.0), least)
+            })
             .collect();
         plot = plot.with(line(c.name, points));
     }
     plot.limit("limit", limit)
-    .caption("0 where the loop is unstable. H-infinity and robust: the sampled loop. Cascade: its continuous outer loop.")
+    .caption("The loop as it runs, the worst delay at each; 0 where it is unstable. Cascade: the smaller one of the loops opened at angle and current.")
 }
 
 /// The error of every scattered motor.

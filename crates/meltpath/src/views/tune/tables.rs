@@ -190,10 +190,7 @@ pub(super) fn h_infinity(result: &AxisResult) -> Table {
         row("three weights, sampled", order, &result.quality[1]),
     ];
     if let Some(robust) = &result.robust
-        && let Some(q) = robust
-            .loops
-            .iter()
-            .find(|l| l.mode_shift == 1.0 && l.delay == 0.0)
+        && let Some(q) = robust.loops.iter().find(|l| l.mode_shift == 1.0)
     {
         rows.push(row("robust, sampled", robust.servo.sampled.order(), q));
     }

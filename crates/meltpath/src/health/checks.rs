@@ -1,0 +1,116 @@
+//! What drifted in a health test, and what was not found, as checks.
+
+use meltpath_base::{Check, Limit, Measure, Reporter, Status};
+use meltpath_scan_head::health::rating::{Drift, Rating, matched};
+
+/// What tells of the coil and its magnet; the other quantities of the first stage are found through them.
+const COIL: [&str; 3] = ["resistance", "inductance", "torque constant"];
+
+/// Every drift as a check.
+pub(super) fn of(drifts: &[Drift]) -> Vec<Check> {
+    if drifts.is_empty() {
+        return vec![Check::not_checked(
+            "drift",
+            "drift",
+            "this is the first test: later ones are compared with it",
+        )];
+    }
+    // what is found by way of the coil drifts with it
+    let coil = |d: &&Drift| COIL.contains(&d.quantity.as_str()) && d.rating != Rating::Good;
+    let first: Vec<&str> = drifts
+        .iter()
+        .filter(coil)
+        .map(|d| d.quantity.as_str())
+        .collect();
+    let check = |d: &Drift| {
+        let limit = Limit::AtMost(100.0 * d.limits.1);
+        let id = format!("drift-{}", d.quantity.replace(' ', "-"));
+        let mut check = Check::judge(&id, &d.quantity, Measure::exact(100.0 * d.size, "%"), limit);
+        check.status = match d.rating {
+            Rating::Good => Status::Pass,
+            Rating::Watch => Status::Warn,
+            Rating::Intervene => Status::Fail,
+        };
+        check.reason = format!(
+            "{}: {:+.1} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
+            d.rating.words(),
+            100.0 * d.change,
+            d.reference,
+            d.now,
+            100.0 * d.limits.0,
+            100.0 * d.limits.1
+        );
+        if d.rating == Rating::Good {
+            check
+        } else {
+            let after = if first.is_empty() || COIL.contains(&d.quantity.as_str()) {
+                String::new()
+            } else {
+                format!(
+                    "mend what the {} tells first, it shows here too; else ",
+                    first.join(" and ")
+                )
+            };
+            check.remedy(format!(
+                "{after}likely {}: {}; where something was replaced on purpose, --accept makes this test the one to compare with",
+                d.fault, d.action
+            ))
+        }
+    };
+    drifts.iter().map(check).collect()
+}
+
+/// A check that cannot say for each mode (Hz) that is known of the axis, by the accepted test or by the head's file, and was not found
+/// in this one. Modes that are new are told.
+pub(super) fn missing_modes(
+    of_file: &[f64],
+    accepted: &[f64],
+    now: &[f64],
+    reporter: &Reporter,
+) -> Vec<Check> {
+    let beside = matched(of_file, accepted);
+    let beside = of_file.iter().zip(beside).filter(|(_, m)| m.is_none());
+    let known: Vec<f64> = accepted
+        .iter()
+        .chain(beside.map(|(f, _)| f))
+        .copied()
+        .collect();
+    let new: Vec<String> = matched(now, &known)
+        .iter()
+        .zip(now)
+        .filter(|(known, _)| known.is_none())
+        .map(|(_, f)| format!("{f:.0}"))
+        .collect();
+    if !new.is_empty() {
+        reporter.warn(
+            "modes",
+            format!(
+                "modes are found that neither the accepted test nor the head's file has, at {} Hz",
+                new.join(", ")
+            ),
+            "look at the response of the first stage: a mode that comes is a mount",
+        );
+    }
+    let found = matched(&known, now);
+    let missing = known.iter().zip(found).enumerate();
+    missing
+        .filter(|(_, (_, found))| found.is_none())
+        .map(|(k, (frequency, _))| {
+            let source = if k < accepted.len() {
+                "the accepted test"
+            } else {
+                "the head's file"
+            };
+            let title = format!("mode {}", k + 1);
+            Check {
+                status: Status::CannotSay,
+                ..Check::not_checked(
+                    &format!("drift-mode-{}", k + 1),
+                    &title,
+                    &format!("the mode at {frequency:.0} Hz of {source} is not found in this test: it may have moved far, or vanished in noise or damping"),
+                )
+            }
+            .remedy("look at the response of the first stage in the report; a stronger first stage or a finer encoder shows a faint mode, and a mirror or mount that was changed moves it: then --accept, or mend the head's file")
+        })
+        .collect()
+}
