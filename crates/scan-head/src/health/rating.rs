@@ -242,7 +242,7 @@ impl Km0Record {
 /// A mode is not taken for one that lies farther off than this share of its frequency.
 const SAME_MODE: f64 = 0.3;
 
-/// For each of some modes (Hz) that of others (Hz) which it is: the nearest within [`SAME_MODE`], each taken once, the nearest pair
+/// For each of some modes (Hz) that of others (Hz) which it is: the nearest within 30 %, each taken once, the nearest pair
 /// first.
 pub fn matched(modes: &[f64], others: &[f64]) -> Vec<Option<f64>> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
