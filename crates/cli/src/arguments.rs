@@ -329,6 +329,7 @@ mod tests {
         ("waam/foreign.rs", "simulate"),
         ("waam/foreign/doubts.rs", "simulate"),
         ("meltpath/src/health.rs", "health"),
+        ("meltpath/src/health/checks.rs", "health"),
     ];
 
     fn files(folder: &Path, found: &mut Vec<PathBuf>) {

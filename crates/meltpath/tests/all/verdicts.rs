@@ -379,7 +379,7 @@ fn remedies_of_a_tuning_are_true() {
     let slower = "[h-infinity]\nbandwidth = \"150 Hz\"\n";
     for (position, bad, named, cure) in [
         ("1000 us", export, "export.controller = \"robust\"", ""),
-        ("700 us", "", "a lower h-infinity.bandwidth", slower),
+        ("660 us", "", "a lower h-infinity.bandwidth", slower),
     ] {
         let failed = tuned(position, bad);
         assert_eq!(failed.status, Status::Fail, "{failed:?}");
