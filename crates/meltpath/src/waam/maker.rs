@@ -4,7 +4,7 @@ use meltpath_programs::Dialect;
 use meltpath_robot::cell::Maker;
 
 /// Whether a maker's controllers read this dialect: they count joints as its arms show them.
-pub(in crate::waam) fn counts_as(maker: Maker, dialect: Dialect) -> bool {
+pub(in crate::waam) fn reads(maker: Maker, dialect: Dialect) -> bool {
     match maker {
         Maker::Fanuc => dialect == Dialect::FanucLs,
         Maker::Kuka => dialect == Dialect::Krl,

@@ -33,7 +33,7 @@ pub use self::process::Borrowed;
 use self::process::Process;
 use self::sound::sound;
 use super::judge::{GrowthError, Limits, Remedies};
-use super::maker::counts_as;
+use super::maker::reads;
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::common::ToolpathForm;
@@ -489,7 +489,7 @@ impl Settings {
                     .robot
                     .as_ref()
                     .map_or(robot::Maker::Other, |cell| cell.maker);
-                let own = self.programs.iter().find(|d| counts_as(maker, **d));
+                let own = self.programs.iter().find(|d| reads(maker, **d));
                 *own.unwrap_or(first)
             }
         }

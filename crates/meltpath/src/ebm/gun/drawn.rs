@@ -47,7 +47,7 @@ impl AtGun {
     fn named(&self, layer: u32) -> String {
         match self.drawn.len() {
             1 => "the layer".to_owned(),
-            all => format!("layer {layer}, the worst of {all}"),
+            all => format!("layer {layer} (the worst of {all})"),
         }
     }
 }

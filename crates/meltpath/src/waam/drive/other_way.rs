@@ -1,4 +1,4 @@
-//! Programs that are delivered beside the one that is judged, and how the arm stands along them.
+//! Programs that are delivered beside the one that is judged: how the arm stands along them, and where they say that part and wire tip are.
 
 use std::sync::Arc;
 

@@ -13,7 +13,7 @@ use meltpath_programs::{Dialect, Program};
 use meltpath_robot::cell::{Cell, Maker};
 
 use crate::waam::drive::said_frames::same;
-use crate::waam::maker::counts_as;
+use crate::waam::maker::reads;
 use crate::waam::program::by_joints::holds;
 use crate::waam::settings::Settings;
 
@@ -99,7 +99,7 @@ fn part(cell: &Cell, settings: &Settings) -> Option<Pose> {
 /// Where the controller's own frame lies in the arm's base, which stands on the floor: there for KUKA ($ROBROOT), ABB and Universal Robots; on the first axis at the
 /// height of the second for FANUC (as ROS-Industrial's `base` of its arms). Of others it is not known here.
 fn own(cell: &Cell, dialect: Dialect) -> Option<Pose> {
-    if !counts_as(cell.maker, dialect) {
+    if !reads(cell.maker, dialect) {
         return None;
     }
     match cell.maker {

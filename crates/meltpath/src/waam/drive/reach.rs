@@ -26,7 +26,7 @@ use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::drive::way::task;
-use crate::waam::maker::counts_as;
+use crate::waam::maker::reads;
 use crate::waam::program::{self, Commands};
 use crate::waam::settings::Settings;
 
@@ -385,7 +385,7 @@ fn clearances(along: &Along, moves: &Commands) -> Option<Fact> {
 
 fn config(along: &Along, cell: &Cell) -> Check {
     if along.configurations.is_empty() {
-        let own = counts_as(cell.maker, along.dialect);
+        let own = reads(cell.maker, along.dialect);
         let why = if own {
             format!(
                 "how {} stands is said in no words of a maker that are known here",

@@ -10,7 +10,7 @@ use meltpath_programs::held::Holds;
 use meltpath_programs::{Control, Dialect, Program};
 use meltpath_robot::cell::{Cell, Values};
 
-use crate::waam::maker::counts_as;
+use crate::waam::maker::reads;
 use crate::waam::program::by_joints::{holds, standing};
 use crate::waam::settings::Settings;
 
@@ -87,7 +87,7 @@ pub(in crate::waam) fn elsewhere(
             Said::User(number) => program.said_frames.user.get(&number),
             Said::Tool(number) => program.said_frames.tool.get(&number),
         }?;
-        let known = counts_as(cell.maker, program.dialect);
+        let known = reads(cell.maker, program.dialect);
         let checked = checked(frame, cell, settings).filter(|_| known)?;
         differing((frame, holds(cell)), program.dialect, [said, &checked])
     };
@@ -100,7 +100,7 @@ fn held_otherwise(programs: &[Program], controls: &[Control], cell: &Cell) -> Op
     controls.iter().find_map(|control| {
         let program = programs.get(control.program as usize)?;
         let says = control.holds.filter(|says| says.is_sound() && *says != file)?;
-        if !counts_as(cell.maker, program.dialect) {
+        if !reads(cell.maker, program.dialect) {
             return None;
         }
         let words = match program.dialect {

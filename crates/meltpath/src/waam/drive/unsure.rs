@@ -10,7 +10,7 @@ use meltpath_programs::{Dialect, Gap, Open, Program, Reading};
 use meltpath_toolpath::Move;
 
 use crate::waam::drive::own_frame::beside_part;
-use crate::waam::maker::counts_as;
+use crate::waam::maker::reads;
 use crate::waam::settings::Settings;
 
 /// Something that leaves open where the arm goes.
@@ -428,7 +428,7 @@ pub(in crate::waam) fn undecided_of_another_arm(
     let Some(cell) = &settings.robot else {
         return check;
     };
-    let other = |p: &&Program| !counts_as(cell.maker, p.dialect);
+    let other = |p: &&Program| !reads(cell.maker, p.dialect);
     let Some(program) = programs.iter().find(other) else {
         return check;
     };

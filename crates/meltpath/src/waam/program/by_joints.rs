@@ -9,7 +9,7 @@ use meltpath_programs::{ExecutionSettings, NoPose, Program};
 use meltpath_robot::cell::{Arrangement, Cell, External, Values};
 use meltpath_robot::kinematics::JointKind;
 
-use crate::waam::maker::counts_as;
+use crate::waam::maker::reads;
 use crate::waam::settings::Settings;
 
 /// Where the wire's tip is at each position that is given by joints, in the frame that the beads are told in, by program and number;
@@ -29,7 +29,7 @@ pub(in crate::waam) fn poses(
             };
             let found = match &settings.robot {
                 None => Err(NoPose::NoRobot),
-                Some(cell) if !counts_as(cell.maker, program.dialect) => Err(NoPose::OtherMaker),
+                Some(cell) if !reads(cell.maker, program.dialect) => Err(NoPose::OtherMaker),
                 Some(cell) => {
                     let said = known.external_axes(program, position);
                     pose(cell, axes, &said).ok_or(NoPose::Axes)

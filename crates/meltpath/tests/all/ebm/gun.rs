@@ -242,5 +242,5 @@ fn every_layer_is_followed() {
     assert!(!first.is_empty());
     // the last layer has long lines, the one below it short ones
     let below = told(2, "90 deg");
-    assert!(below.contains("layer 1, the worst of 2"), "{below}");
+    assert!(below.contains("layer 1 (the worst of 2)"), "{below}");
 }
