@@ -9,6 +9,7 @@ pub mod fill_share;
 pub mod hatch;
 pub mod histogram;
 pub(crate) mod light;
+pub mod outline;
 pub mod segment;
 mod sweep;
 pub mod swept_surface;

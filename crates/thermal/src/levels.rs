@@ -35,6 +35,7 @@ use crate::material::Material;
 use crate::material::enthalpy::{CurveError, Enthalpy, Formulas};
 use crate::numeric::vector;
 use crate::solver::ledger::Ledger;
+use crate::solver::steam::BeforeVapour;
 use crate::solver::surface::{Losses, Surface};
 use crate::solver::watch::{Freezing, Watched};
 use crate::solver::{Face, State};
@@ -115,8 +116,15 @@ impl Setup {
         bases
     }
 
+    /// Heights of the uppermost plane and of the one below, mm; twice the same where there is but one.
+    fn uppermost(&self) -> [f64; 2] {
+        let mut from_above = self.heights.iter().rev().copied();
+        let height = from_above.next().unwrap_or(self.layer);
+        [height, from_above.next().unwrap_or(height)]
+    }
+
     fn planes_of_layer(&self) -> (usize, f64) {
-        let height = self.heights.last().copied().unwrap_or(self.layer);
+        let [height, _] = self.uppermost();
         ((self.layer / height).round().max(1.0) as usize, height)
     }
 
@@ -201,7 +209,7 @@ pub struct Levels {
     bell: bell::Bell,
     pace: pace::Pace,
     /// Temperatures of the build plane, and [`Depth::lift`](crate::solver::source::Depth::lift) of the last beam.
-    surface: skin::Temperatures,
+    surface: BeforeVapour,
     lift: f64,
     register: vector::Level,
     liquidus: Liquidus,
@@ -234,8 +242,13 @@ impl Levels {
         let tree = Tree::new(roots, setup.coarser);
         let depths = grid.depths();
         let mut solver = Levels {
-            losses: Losses::new(&setup.top, &material, &curve),
-            surface: skin::Temperatures::new(&setup.top, &material, &curve, height),
+            losses: Losses::new(&setup.top, &material, &curve, height),
+            surface: BeforeVapour::new(
+                setup.top.evaporates(&material),
+                &material,
+                &curve,
+                [height, skin::HOTTEST],
+            ),
             lift: 0.0,
             formulas: curve.formulas(),
             levels: levels(&setup, &tree),
@@ -383,7 +396,7 @@ impl Levels {
         self.write_down();
         let (grid, first) = self.window(corners, 1);
         let mut surface = self.field(&self.record.skin, &grid, first, |theta| {
-            self.surface.at(&self.curve, f64::from(theta)) as f32
+            self.surface.temperature(&self.curve, f64::from(theta)) as f32
         });
         let cells = self.highest_temperature(corners).values;
         let top = cells.len() - surface.values.len();

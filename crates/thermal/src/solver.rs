@@ -8,6 +8,7 @@ pub(crate) mod kernel;
 pub mod ledger;
 pub mod run;
 pub mod source;
+pub(crate) mod steam;
 pub mod surface;
 pub mod watch;
 mod window;
@@ -21,6 +22,7 @@ use crate::numeric::real::Real;
 use crate::solver::block::{Beyond, Block, Shape};
 use crate::solver::ledger::Ledger;
 use crate::solver::source::Spot;
+use crate::solver::steam::{Around, Lift};
 use crate::solver::surface::{BuildPlane, Losses, Surface};
 
 /// What lets rows sleep.
@@ -135,6 +137,8 @@ pub struct Solver<R: Real = f32> {
     pub(crate) block: Block<R>,
     pub(crate) time: f64,
     pub(crate) ledger: Ledger,
+    /// How much hotter than its cells the surface is, [`source::Depth::lift`] of the last spot, mm.
+    lift: f64,
     sleep: Option<Sleep>,
     pub(crate) updates: u64,
     stored_at_start: f64,
@@ -155,7 +159,12 @@ impl<R: Real> Solver<R> {
         };
         let mut solver = Solver {
             depths: grid.depths(),
-            losses: Losses::new(&faces.top, &material, &curve),
+            losses: Losses::new(
+                &faces.top,
+                &material,
+                &curve,
+                grid.heights[grid.planes() - 1],
+            ),
             block: Block::new(&shape, curve.formulas()),
             grid,
             material,
@@ -163,6 +172,7 @@ impl<R: Real> Solver<R> {
             faces,
             time: 0.0,
             ledger: Ledger::default(),
+            lift: 0.0,
             sleep: None,
             updates: 0,
             stored_at_start: 0.0,
@@ -326,6 +336,7 @@ impl<R: Real> Solver<R> {
         let joules = spot.power * dt;
         self.ledger.absorbed += joules * total;
         self.ledger.missed += joules * (1.0 - total);
+        self.lift = spot.depth.lift(self.grid.heights[self.grid.planes() - 1]);
         self.block.heat(&footprint, joules);
         Ok(())
     }
@@ -337,12 +348,26 @@ impl<R: Real> Solver<R> {
         }
         let top = self.block.planes() - 1;
         let height = self.grid.heights[top];
+        let under = top.saturating_sub(1);
+        let mut lift = Lift::new(self.lift, dt, [height, self.grid.heights[under]]);
+        if top == 0 {
+            lift.below = R::ZERO;
+        }
         let plane = self.block.plane();
         let area = self.grid.edge[0] * self.grid.edge[1];
         let block = &mut self.block;
-        let nx = block.shape.cells[0];
+        let [nx, ny] = block.shape.cells;
+        let below = block.theta[under * (nx + 2) * (ny + 2)..]
+            .chunks_exact(nx + 2)
+            .skip(1);
+        let below: Vec<R> = below
+            .take(ny)
+            .flat_map(|row| &row[1..=nx])
+            .copied()
+            .collect();
         for rows in &block.awake {
-            let cells = top * plane + rows.start * nx..top * plane + rows.end * nx;
+            let columns = rows.start * nx..rows.end * nx;
+            let cells = top * plane + columns.start..top * plane + columns.end;
             let plane = BuildPlane {
                 formulas: &block.formulas,
                 level: block.level,
@@ -351,9 +376,15 @@ impl<R: Real> Solver<R> {
                 area,
                 enthalpy: &mut block.enthalpy[cells.clone()],
                 density: &mut block.density[cells],
+                around: Around {
+                    lift,
+                    arrived: &block.arrived[columns.clone()],
+                    below: &below[columns],
+                },
             };
             self.losses.take(plane, &mut self.ledger);
         }
+        self.block.arrived.fill(R::ZERO);
     }
 
     /// Counts the heat that leaves through imposed faces in this step.

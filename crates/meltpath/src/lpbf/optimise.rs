@@ -8,6 +8,7 @@ use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::fill_rate::FillRate;
 use meltpath_scan_head::measures::hatch::HatchDistance;
+use meltpath_scan_head::measures::outline::Outlines;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, MAY_LOSE, Marks, Problem, search};
 
 use super::friction::unless_guessed;
@@ -59,7 +60,8 @@ pub(crate) fn run(
         job: &job,
         fill: &|job| match &work {
             Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, judged),
-            Work::Layers(_) => FillRate::of_layers(surface(job), spot, judged),
+            // a piece of a layer fills no outline
+            Work::Layers(_) => FillRate::of_layers(surface(job), Outlines::None, spot, judged),
         },
         samples: &samples,
     };

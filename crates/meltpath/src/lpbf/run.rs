@@ -384,16 +384,12 @@ impl<'a> Run<'a> {
     /// Distance of the lines, mm, and what measures the fill.
     fn surface(&self) -> (f64, FillRate) {
         let spot = 2.0 * self.head.head().beam.waist;
-        match &self.plan.work {
-            Work::Plate(plate) => {
-                let areas = plate.fill_areas();
-                (plate.hatch, FillRate::of_rectangles(areas, spot, &MODES))
-            }
-            Work::Layers(set) => {
-                let hatch = set.hatch.or(self.survey.hatch).unwrap_or(spot);
-                (hatch, FillRate::of_layers(hatch, spot, &MODES))
-            }
-        }
+        let work = &self.plan.work;
+        let hatch = match work {
+            Work::Plate(plate) => plate.hatch,
+            Work::Layers(set) => set.hatch.or(self.survey.hatch).unwrap_or(spot),
+        };
+        (hatch, work.fill(hatch, spot, &MODES))
     }
 
     /// What is judged, with the least and with the most friction of the head's file, and the delays of its value; `None` where it

@@ -281,6 +281,37 @@ fn layers_of_other_hatchers_run_whatever_their_marks() {
     }
 }
 
+/// Lines that a file lost are missed in what its contours enclose, though what lies beside the others is filled as well as before; a ring
+/// round nothing does not count, for nobody says that it is to be filled.
+#[test]
+fn lines_that_are_missing_are_missed_in_the_fill() {
+    let dir = tempfile::tempdir().unwrap();
+    let square = |low: i64, high: i64| {
+        polyline(&[[low, low], [high, low], [high, high], [low, high], [low, low]])
+    };
+    let lines = |kept: fn(i64) -> bool| {
+        let all = (1..30).filter(|k| kept(*k));
+        let lines: Vec<[i64; 4]> = all.map(|k| [80, 70 * k, 2020, 70 * k]).collect();
+        hatches(&lines)
+    };
+    let fill = |name: &str, entities: &[String]| {
+        fs::write(dir.path().join(format!("{name}.cli")), micrometres(entities)).unwrap();
+        let job = format!(
+            "{JOB}layers = \"{name}.cli\"\n[layers]\norigin = [\"1 mm\", \"1 mm\"]\n"
+        );
+        value(&run(dir.path(), name, &job), "fill-1")
+    };
+    let whole = fill("whole", &[square(0, 2100), lines(|_| true)]);
+    let lacks = fill("lacks", &[square(0, 2100), lines(|k| k % 3 != 0)]);
+    let beside = fill("beside", &[lines(|k| k % 3 != 0)]);
+    println!("{whole} {lacks} {beside}");
+    assert!(lacks < whole - 8.0, "{whole} {lacks}");
+    assert!(beside > lacks + 8.0, "{beside} {lacks}");
+    let ring = [square(0, 2100), lines(|_| true), square(3000, 5000)];
+    let besides = fill("ring", &ring);
+    assert!((besides - whole).abs() < 4.0, "{whole} {besides}");
+}
+
 /// A plate written as a vector list with every value of its recipe gives the plate's own figures.
 #[test]
 fn a_vector_list_does_what_the_plate_does() {

@@ -6,11 +6,13 @@
 use std::sync::Arc;
 
 use meltpath_geometry::math::DVec2;
+use meltpath_geometry::region::signed_area;
 use serde::{Deserialize, Serialize};
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
 use crate::measures::fill_share::AreaFill;
+use crate::measures::outline::{Outline, Outlines, ends};
 use crate::measures::swept_surface::{Rate, SweptSurface};
 use meltpath_toolpath::Role;
 
@@ -92,6 +94,42 @@ impl Cells {
         }
         let reached = vec![false; cells.reached.len()];
         cells.wanted = Some(std::mem::replace(&mut cells.reached, reached).into());
+        cells
+    }
+
+    /// Cells over an outline, of which those count whose centre lies within it.
+    fn within_outline(outline: &Outline, cell: f64) -> Self {
+        let points = || outline.rings.iter().flatten();
+        let low = points().copied().reduce(DVec2::min).unwrap_or_default();
+        let high = points().copied().reduce(DVec2::max).unwrap_or_default();
+        let mut cells = Cells::new(low, high, cell);
+        // where each row's middle crosses the rings
+        let mut crossings = vec![Vec::new(); cells.rows];
+        for [a, b] in outline.rings.iter().flat_map(|ring| ends(ring)) {
+            let row = |y: f64| ((y - low.y) / cell - 0.5).ceil().max(0.0) as usize;
+            for j in row(a.y.min(b.y))..row(a.y.max(b.y)).min(cells.rows) {
+                let y = low.y + (j as f64 + 0.5) * cell;
+                let x = a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y);
+                crossings[j].push((x - low.x) / cell - 0.5);
+            }
+        }
+        let mut wanted = vec![false; cells.reached.len()];
+        for (j, crossings) in crossings.iter_mut().enumerate() {
+            crossings.sort_by(f64::total_cmp);
+            for pair in crossings.as_chunks::<2>().0 {
+                let [from, to] = pair.map(|x| (x.ceil().max(0.0) as usize).min(cells.columns));
+                wanted[j * cells.columns..][from..to].fill(true);
+            }
+        }
+        if let Some((marks, near)) = &outline.near {
+            for [a, b] in marks {
+                cells.swept(*a, *b, *near);
+            }
+            for (wanted, near) in wanted.iter_mut().zip(&mut cells.reached) {
+                *wanted = *wanted && std::mem::take(near);
+            }
+        }
+        cells.wanted = Some(wanted.into());
         cells
     }
 
@@ -183,8 +221,8 @@ impl Cells {
 enum Surface {
     /// Rectangles, told by the vectors' blocks: their lowest and highest corners.
     Rectangles(Vec<[DVec2; 2]>),
-    /// What lies at most half of the hatch distance beside the fill lines of each layer.
-    Layers(f64),
+    /// What lies within the outline of each layer; of one without, at most half of the hatch distance, mm, beside its fill lines.
+    Layers(f64, Outlines),
 }
 
 impl Surface {
@@ -192,7 +230,7 @@ impl Surface {
     fn area(&self, layer: &Prepared, i: usize) -> u32 {
         match self {
             Surface::Rectangles(_) => layer.job.vectors[i].block,
-            Surface::Layers(_) => layer.first,
+            Surface::Layers(..) => layer.first,
         }
     }
 
@@ -213,29 +251,13 @@ impl Surface {
                     middle: low.midpoint(high),
                     surface: (high - low).element_product(),
                     reached: reached.collect(),
+                    outlined: false,
                 }
             }
-            Surface::Layers(hatch) => {
-                let job = &layer.job;
-                let lines: Vec<[DVec2; 2]> = (0..job.vectors.len())
-                    .filter(|&i| job.vectors[i].kind == Role::Fill)
-                    .map(|i| [job.start_of(i).truncate(), job.vectors[i].end.truncate()])
-                    .filter(|[a, b]| a != b)
-                    .collect();
-                let reached = modes.iter().map(|mode| match mode {
-                    FillMode::SweptSurface => {
-                        Reached::Surface(SweptSurface::beside_lines(&lines, *hatch, spot))
-                    }
-                    _ => Reached::Cells(Cells::beside_lines(&lines, *hatch, spot)),
-                });
-                let ends = lines.iter().flatten();
-                Area {
-                    key: area,
-                    layer: layer.number,
-                    middle: ends.clone().sum::<DVec2>() / (2 * lines.len()).max(1) as f64,
-                    // what lines of that distance fill, where no surface is measured
-                    surface: lines.iter().map(|[a, b]| hatch * a.distance(*b)).sum(),
-                    reached: reached.collect(),
+            Surface::Layers(hatch, outlines) => {
+                match outlines.of(layer.number, &layer.job, *hatch) {
+                    Some(outline) => Area::within(&outline, layer, spot, modes),
+                    None => Area::beside_lines(layer, *hatch, spot, modes),
                 }
             }
         }
@@ -259,9 +281,54 @@ struct Area {
     surface: f64,
     /// In each mode.
     reached: Vec<Reached>,
+    /// Whether contours fill, too: they lie within the outline.
+    outlined: bool,
 }
 
 impl Area {
+    /// What lies within the outline of a layer.
+    fn within(outline: &Outline, layer: &Prepared, spot: f64, modes: &[FillMode]) -> Self {
+        let reached = modes.iter().map(|mode| match mode {
+            FillMode::SweptSurface => Reached::Surface(SweptSurface::within_outline(outline, spot)),
+            _ => Reached::Cells(Cells::within_outline(outline, spot)),
+        });
+        let corners = || outline.rings.iter().flatten();
+        Area {
+            key: layer.first,
+            layer: layer.number,
+            middle: corners().sum::<DVec2>() / corners().count().max(1) as f64,
+            surface: outline.rings.iter().map(|r| signed_area(r).abs()).sum(),
+            reached: reached.collect(),
+            outlined: true,
+        }
+    }
+
+    /// What lies beside the lines of a layer.
+    fn beside_lines(layer: &Prepared, hatch: f64, spot: f64, modes: &[FillMode]) -> Self {
+        let job = &layer.job;
+        let lines: Vec<[DVec2; 2]> = (0..job.vectors.len())
+            .filter(|&i| job.vectors[i].kind == Role::Fill)
+            .map(|i| [job.start_of(i).truncate(), job.vectors[i].end.truncate()])
+            .filter(|[a, b]| a != b)
+            .collect();
+        let reached = modes.iter().map(|mode| match mode {
+            FillMode::SweptSurface => {
+                Reached::Surface(SweptSurface::beside_lines(&lines, hatch, spot))
+            }
+            _ => Reached::Cells(Cells::beside_lines(&lines, hatch, spot)),
+        });
+        let ends = lines.iter().flatten();
+        Area {
+            key: layer.first,
+            layer: layer.number,
+            middle: ends.clone().sum::<DVec2>() / (2 * lines.len()).max(1) as f64,
+            // what lines of that distance fill, where no surface is measured
+            surface: lines.iter().map(|[a, b]| hatch * a.distance(*b)).sum(),
+            reached: reached.collect(),
+            outlined: false,
+        }
+    }
+
     fn finish(mut self) -> AreaFill {
         let mut rates = Vec::with_capacity(self.reached.len());
         for reached in &mut self.reached {
@@ -289,8 +356,8 @@ impl Area {
     }
 }
 
-/// Fill rates of rectangles or of layers while a run streams; only light commanded for fills counts. One rectangle or
-/// layer is held at a time.
+/// Fill rates of rectangles or of layers while a run streams; only light commanded for fills counts, and for contours where
+/// the outline is known. One rectangle or layer is held at a time.
 #[derive(Debug)]
 pub struct FillRate {
     surface: Surface,
@@ -310,9 +377,10 @@ impl FillRate {
         Self::over(Surface::Rectangles(rectangles), spot, modes)
     }
 
-    /// For layers: the surface to fill lies within half of `hatch` mm beside their fill lines.
-    pub fn of_layers(hatch: f64, spot: f64, modes: &[FillMode]) -> Self {
-        Self::over(Surface::Layers(hatch), spot, modes)
+    /// For layers: the surface to fill lies within their outlines, which contours fill, too; of a layer without, within half of `hatch` mm
+    /// beside its fill lines.
+    pub fn of_layers(hatch: f64, outlines: Outlines, spot: f64, modes: &[FillMode]) -> Self {
+        Self::over(Surface::Layers(hatch, outlines), spot, modes)
     }
 
     fn over(surface: Surface, spot: f64, modes: &[FillMode]) -> Self {
@@ -351,9 +419,10 @@ impl HeadSink for FillRate {
                 self.area = Some(self.surface.begin(layer, key, self.spot, &self.modes));
                 self.last = None;
             }
-            // the light of a fill may last into the wait or the connection behind it, not into contours
-            let contour = layer.job.vectors[i].kind == Role::Contour;
-            if block.lit[k] < 0.5 || contour {
+            // the light of a fill may last into the wait or the connection behind it, not into contours that fill nothing
+            let outlined = self.area.as_ref().is_some_and(|area| area.outlined);
+            let apart = layer.job.vectors[i].kind == Role::Contour && !outlined;
+            if block.lit[k] < 0.5 || apart {
                 self.last = None;
                 continue;
             }

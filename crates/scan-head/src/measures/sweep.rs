@@ -129,6 +129,27 @@ impl Covered {
         gaps
     }
 
+    /// Keeps of it what another one covers, too.
+    pub(super) fn keep(&mut self, other: &mut Covered) {
+        other.merge();
+        let mut kept = Covered::default();
+        let mut k = 0;
+        for [low, high] in self.in_order() {
+            let others = &other.intervals;
+            while others.get(k).is_some_and(|o| f64::from(o[1]) < low) {
+                k += 1;
+            }
+            for [from, to] in others[k..].iter().map(|o| o.map(f64::from)) {
+                if from >= high {
+                    break;
+                }
+                kept.intervals
+                    .push([from.max(low) as f32, to.min(high) as f32]);
+            }
+        }
+        *self = kept;
+    }
+
     /// How much of it is covered by another one, too, mm, and how much there is of it.
     pub(super) fn covered_by(&mut self, other: &mut Covered) -> [f64; 2] {
         other.merge();

@@ -6,6 +6,7 @@
 
 use meltpath_geometry::math::DVec2;
 
+use super::outline::{Outline, ends};
 use super::sweep::{Covered, Line};
 
 /// Rows across a surface, at most.
@@ -83,19 +84,73 @@ impl SweptSurface {
         found
     }
 
-    /// Does something with each row that a stroke of that radius may cross.
-    fn cut(&mut self, [a, b]: [DVec2; 2], radius: f64, mut with: impl FnMut(&mut Row, Line)) {
+    /// What lies within an outline.
+    pub(super) fn within_outline(outline: &Outline, spot: f64) -> Self {
+        let points = || outline.rings.iter().flatten();
+        let low = points().fold(DVec2::INFINITY, |l, p| l.min(*p));
+        let high = points().fold(DVec2::NEG_INFINITY, |h, p| h.max(*p));
+        if points().next().is_none() {
+            return Self::within(DVec2::ZERO, DVec2::ZERO, spot);
+        }
+        let mut found = Self::within(low, high, spot);
+        let mut crossings = vec![Vec::new(); found.rows.len()];
+        for [a, b] in outline.rings.iter().flat_map(|ring| ends(ring)) {
+            for (k, at) in found.crossed([a, b], 0.0) {
+                // half open, so that a corner counts once
+                if (a.y > at.from.y) != (b.y > at.from.y) {
+                    let x = a.x + (at.from.y - a.y) / (b.y - a.y) * (b.x - a.x);
+                    crossings[k].push(x - at.from.x);
+                }
+            }
+        }
+        for (row, mut crossings) in found.rows.iter_mut().zip(crossings) {
+            crossings.sort_by(f64::total_cmp);
+            for pair in crossings.as_chunks::<2>().0 {
+                row.wanted.add(*pair);
+            }
+        }
+        if let Some((marks, near)) = &outline.near {
+            found.keep_near(marks, *near);
+        }
+        found
+    }
+
+    /// What is wanted only where it lies within a distance of marks, mm.
+    fn keep_near(&mut self, marks: &[[DVec2; 2]], near: f64) {
+        for mark in marks {
+            self.sweep(*mark, near);
+        }
+        for row in &mut self.rows {
+            let mut beside = std::mem::take(&mut row.swept);
+            row.wanted.keep(&mut beside);
+        }
+    }
+
+    /// The rows that a stroke of that radius may cross, by their numbers.
+    fn crossed(
+        &self,
+        [a, b]: [DVec2; 2],
+        radius: f64,
+    ) -> impl Iterator<Item = (usize, Line)> + use<> {
         let from = (a.y.min(b.y) - radius - self.low.y) / self.step - 1.0;
         let to = (a.y.max(b.y) + radius - self.low.y) / self.step + 1.0;
-        let first = from.max(0.0) as usize;
         let end = (to.max(0.0) as usize).min(self.rows.len());
-        for (k, row) in self.rows.iter_mut().enumerate().take(end).skip(first) {
-            let within = (k as f64 + (k as f64 * GOLDEN).fract()) * self.step;
+        let first = (from.max(0.0) as usize).min(end);
+        let (low, step) = (self.low, self.step);
+        (first..end).map(move |k| {
+            let within = (k as f64 + (k as f64 * GOLDEN).fract()) * step;
             let along = Line {
-                from: self.low + DVec2::Y * within,
+                from: low + DVec2::Y * within,
                 along: DVec2::X,
             };
-            with(row, along);
+            (k, along)
+        })
+    }
+
+    /// Does something with each row that a stroke of that radius may cross.
+    fn cut(&mut self, stroke: [DVec2; 2], radius: f64, mut with: impl FnMut(&mut Row, Line)) {
+        for (k, along) in self.crossed(stroke, radius) {
+            with(&mut self.rows[k], along);
         }
     }
 
@@ -137,6 +192,35 @@ impl SweptSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A square with a square hole, lines over it and beside it: what is wanted is the square without its hole, near marks alone where
+    /// that is a bound.
+    #[test]
+    fn an_outline_is_what_its_rings_enclose() {
+        let square = |low: f64, high: f64| {
+            let corners = [[low, low], [high, low], [high, high], [low, high]];
+            corners.map(|[x, y]| DVec2::new(x, y)).to_vec()
+        };
+        let rings = vec![square(0.0, 6.0), square(2.0, 4.0)];
+        let of = |near| {
+            let outline = Outline {
+                rings: rings.clone(),
+                near,
+            };
+            let mut surface = SweptSurface::within_outline(&outline, 0.1);
+            let across = [DVec2::new(-1.0, 3.0), DVec2::new(7.0, 3.0)];
+            surface.sweep(across, 0.5);
+            surface.rate()
+        };
+        let (area, rate) = of(None);
+        assert!((area - 32.0).abs() < 0.05, "{area}");
+        // 4 of 32 mm², the hole apart
+        assert!((rate.share - 0.125).abs() < 2e-3, "{rate:?}");
+        let mark = [DVec2::new(0.0, 3.0), DVec2::new(6.0, 3.0)];
+        let (area, rate) = of(Some((vec![mark], 1.0)));
+        assert!((area - 8.0).abs() < 0.05, "{area}");
+        assert!((rate.share - 0.5).abs() < 4e-3, "{rate:?}");
+    }
 
     /// Lines whose distance the spot does not bridge: what is swept is the spot's width over the hatch distance, wherever they lie
     /// and however they turn.

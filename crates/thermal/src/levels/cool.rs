@@ -9,6 +9,7 @@ use meltpath_base::{Cancelled, Observer};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector;
 use crate::solver::ledger::Ledger;
+use crate::solver::steam::{Around, Lift};
 use crate::solver::surface::{BuildPlane, Losses};
 
 /// Coefficient of ROS2 that damps whatever is quicker than the step: `1 − 1/√2`.
@@ -111,6 +112,8 @@ impl Block {
         let top = (nz - 1) * nx * ny;
         let before = &self.enthalpy[top..];
         let (mut after, mut density) = (before.to_vec(), self.density[top..].to_vec());
+        // no beam: the surface is no hotter than its cells
+        let nothing = vec![0.0; before.len()];
         let plane = BuildPlane {
             formulas: laws.formulas,
             level: laws.register,
@@ -119,6 +122,14 @@ impl Block {
             area: self.edge * self.edge,
             enthalpy: &mut after,
             density: &mut density,
+            around: Around {
+                lift: Lift {
+                    per_heat: 0.0,
+                    below: 0.0,
+                },
+                arrived: &nothing,
+                below: &nothing,
+            },
         };
         laws.losses.take(plane, ledger);
         let cells = before.iter().zip(&after).zip(&self.density[top..]);
@@ -321,7 +332,7 @@ mod tests {
         let material = Material::constant(CONDUCTIVITY, CAPACITY, 300.0);
         let curve = Enthalpy::new(&material).unwrap();
         let formulas = curve.formulas::<f64>();
-        let losses = Losses::new(&Surface::Insulated, &material, &curve);
+        let losses = Losses::new(&Surface::Insulated, &material, &curve, 1.0);
         let laws = Laws {
             formulas: &formulas,
             losses: &losses,

@@ -212,7 +212,7 @@ impl Levels {
         let (tile, cell) = self.cell_of_level(n, at)?;
         let face = self
             .surface
-            .at(&self.curve, f64::from(tile.skin.theta[cell]));
+            .temperature(&self.curve, f64::from(tile.skin.theta[cell]));
         Some(kelvin.max(face))
     }
 

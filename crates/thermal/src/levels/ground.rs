@@ -205,7 +205,12 @@ impl Levels {
         let since = (self.time - begun).max(1e-3);
         let left = time - (self.time - begun);
         let formulas = self.curve.formulas::<f64>();
-        let losses = Losses::new(&self.setup.top, &self.material, &self.curve);
+        let losses = Losses::new(
+            &self.setup.top,
+            &self.material,
+            &self.curve,
+            self.setup.uppermost()[0],
+        );
         let laws = Laws {
             formulas: &formulas,
             losses: &losses,

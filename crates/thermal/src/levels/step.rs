@@ -4,13 +4,13 @@ use super::around::{Around, exchange_boxes};
 use super::conduct::{Conduct, PlaneStep};
 use super::pace::{CLASSES, PAIR, Rate};
 use super::sharing::share;
-use super::skin::Lift;
 use super::tile::{Cells, Class, Follow, Half, N, PLANE, Refresh, Shown, Tile};
 use super::{Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::Face;
 use crate::solver::source::Spot;
+use crate::solver::steam::{Around as OnTop, Lift};
 use crate::solver::surface::BuildPlane;
 
 /// Shortest steps whose radiation is taken together: it is slow (0.3 K of a cell of 30 µm at 3000 K in 40 µs).
@@ -44,6 +44,23 @@ pub(super) fn planes(setup: &Setup, step: f64) -> Vec<PlaneStep> {
             }
         })
         .collect()
+}
+
+/// What lies on and under the highest plane of a tile that reaches the build plane.
+fn on_top<'a>(lift: Lift<f32>, arrived: &'a [f32], shown: &'a Shown) -> OnTop<'a, f32> {
+    match shown.dense.len().checked_sub(2) {
+        Some(below) => OnTop {
+            lift,
+            arrived,
+            below: shown.theta(shown.base + below),
+        },
+        // what the only plane stands on is not shown: nothing is known of what it gives there
+        None => OnTop {
+            lift: Lift { below: 0.0, ..lift },
+            arrived,
+            below: shown.theta(shown.base),
+        },
+    }
 }
 
 impl Levels {
@@ -134,6 +151,7 @@ impl Levels {
         let split = around.finer.map_or(own.base, |finer| finer.base);
         let top = planes.len() - 1;
         let height = self.setup.heights[top];
+        let lift = Lift::new(self.lift, step, self.setup.uppermost());
         let work = |(tile, shown): (&mut Tile, &Shown)| {
             let at = tile.at;
             register.run(Conduct {
@@ -149,7 +167,7 @@ impl Levels {
                 first: around.first(at, tile.base),
                 tile: &mut *tile,
             });
-            if let Some(([enthalpy, density], lost)) = tile.top(planes.len()) {
+            if let Some(([enthalpy, density], arrived, lost)) = tile.top(planes.len()) {
                 let mut plane = BuildPlane {
                     formulas: f,
                     level: register,
@@ -158,6 +176,7 @@ impl Levels {
                     area: edge * edge,
                     enthalpy,
                     density,
+                    around: on_top(lift, arrived, shown),
                 };
                 if radiates {
                     losses.radiate(&mut plane, lost);
@@ -182,13 +201,8 @@ impl Levels {
         let (f, register, liquidus) = (&self.formulas, self.register, self.liquidus);
         let (step, now) = (own.rates[stage % 2].step, self.time);
         let seen = own.rates[stage % 2].seen;
-        let heights = &self.setup.heights;
-        let (planes, height) = (heights.len(), heights[heights.len() - 1]);
-        let under = heights[planes.saturating_sub(2)];
-        let lift = Lift {
-            per_heat: (self.lift / step) as f32,
-            below: (height / (3.0 * (height + under))) as f32,
-        };
+        let planes = self.setup.heights.len();
+        let lift = Lift::new(self.lift, step, self.setup.uppermost());
         let work = |(tile, shown): (&mut Tile, &mut Shown)| {
             let lift = (tile.planes().end == planes).then_some(lift);
             register.run(Refresh {

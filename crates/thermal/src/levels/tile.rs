@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use super::skin::{Lift, LookAtSkin, Skin};
+use super::skin::{LookAtSkin, Skin};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
 use crate::solver::ledger::Ledger;
+use crate::solver::steam::Lift;
 
 /// Cells along an edge of a tile.
 pub(crate) const N: usize = 16;
@@ -200,14 +201,15 @@ impl Tile {
         self.base..self.base + self.enthalpy.len() / PLANE
     }
 
-    /// Enthalpies and densities of the highest of `planes` planes, where it goes so high, and where its losses are written down.
-    pub(crate) fn top(&mut self, planes: usize) -> Option<([&mut [f32]; 2], &mut Ledger)> {
+    /// Enthalpies and densities of the highest of `planes` planes, where it goes so high, the heat that arrived there, J/mm², and
+    /// where its losses are written down.
+    pub(crate) fn top(&mut self, planes: usize) -> Option<([&mut [f32]; 2], &[f32], &mut Ledger)> {
         if self.planes().end != planes {
             return None;
         }
         let cells = self.enthalpy.len() - PLANE..self.enthalpy.len();
         let own = [&mut self.enthalpy[cells.clone()], &mut self.density[cells]];
-        Some((own, &mut self.lost))
+        Some((own, &self.skin.arrived, &mut self.lost))
     }
 
     /// Its planes below `plane`: what lies under the finer tiles that take the place of the others.
@@ -312,7 +314,7 @@ pub(crate) struct Refresh<'a> {
     /// Of what the first step of a pair gives, the share that others see before the second.
     pub(crate) seen: f32,
     /// What makes the build plane hotter than its cells, of tiles that reach it.
-    pub(crate) lift: Option<Lift>,
+    pub(crate) lift: Option<Lift<f32>>,
 }
 
 impl CellLoop for Refresh<'_> {
@@ -373,6 +375,8 @@ impl CellLoop for Refresh<'_> {
                 share: &shown.share[(planes - 1) * PLANE..],
             }
             .run();
+        } else if tile.skin.lit {
+            tile.skin.forget();
         }
     }
 }

@@ -42,6 +42,8 @@ pub(crate) struct Block<R> {
     pub(crate) theta: Vec<R>,
     pub(crate) conduction: Vec<R>,
     pub(crate) powder: Vec<bool>,
+    /// Heat that arrived on the highest plane since it last lost any, J/mm².
+    pub(crate) arrived: Vec<R>,
     still: Vec<bool>,
     /// Planes below this one are kept but not computed.
     pub(crate) frozen: usize,
@@ -68,6 +70,7 @@ impl<R: Real> Block<R> {
             theta: Vec::new(),
             conduction: Vec::new(),
             powder: Vec::new(),
+            arrived: vec![R::ZERO; shape.cells[0] * shape.cells[1]],
             still: Vec::new(),
             frozen: 0,
             awake: std::iter::once(0..shape.cells[1]).collect(),
@@ -300,6 +303,13 @@ impl<R: Real> Block<R> {
         }
         let (f, level) = (self.formulas, self.level);
         let [dx, dy] = self.shape.edge;
+        for (j, sy) in (j0..).zip(&footprint.across[1]) {
+            let of_row = R::of(joules * sy / (dx * dy));
+            let row = &mut self.arrived[j * nx + i0..][..across.len()];
+            for (arrived, share) in row.iter_mut().zip(&across) {
+                *arrived += of_row * *share;
+            }
+        }
         for k in self.frozen..self.planes() {
             let share = footprint.along[k];
             if share == 0.0 {

@@ -7,10 +7,10 @@ use crate::numeric::real::Real;
 use crate::numeric::vector::{CellLoop, Level};
 use crate::solver::kernel::warm;
 use crate::solver::ledger::Ledger;
+use crate::solver::steam::{Around, Evaporate, Steam};
 
 /// Stefan-Boltzmann constant, W/(mm²·K⁴).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-14;
-const ENTRIES: usize = 4096;
 
 /// What the build plane sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,17 +40,6 @@ pub(crate) struct Losses<R> {
     pub(crate) none: bool,
 }
 
-#[derive(Debug, Clone)]
-struct Steam<R> {
-    /// `g` from which on anything evaporates, and up to which it is tabled.
-    range: [R; 2],
-    per_entry: R,
-    /// What evaporation takes, `a + b g` in W/mm², entry by entry.
-    flux: Vec<[R; 2]>,
-    /// Mass of each component that leaves with a joule, kg.
-    mass: Vec<[f64; Evaporation::MOST]>,
-}
-
 /// Cells of the highest plane that lose heat during a step.
 pub(crate) struct BuildPlane<'a, R> {
     pub(crate) formulas: &'a Formulas<R>,
@@ -64,19 +53,36 @@ pub(crate) struct BuildPlane<'a, R> {
     /// J/mm³ of dense metal.
     pub(crate) enthalpy: &'a mut [R],
     pub(crate) density: &'a mut [R],
+    /// What makes their surface hotter than they are.
+    pub(crate) around: Around<'a, R>,
+}
+
+impl Surface {
+    /// The law by which vapour leaves, and the pressure of the gas around, Pa; none where nothing evaporates.
+    pub(crate) fn evaporates<'a>(&self, material: &'a Material) -> Option<(&'a Evaporation, f64)> {
+        match self {
+            Surface::Evaporating { ambient, .. } => {
+                Some((material.evaporation.as_ref()?, *ambient))
+            }
+            _ => None,
+        }
+    }
 }
 
 impl<R: Real> Losses<R> {
-    pub(crate) fn new(surface: &Surface, material: &Material, curve: &Enthalpy) -> Self {
-        let (surroundings, ambient, none) = match *surface {
-            Surface::Insulated => (0.0, None, true),
-            Surface::Radiating { surroundings } => (surroundings, None, false),
-            Surface::Evaporating {
-                surroundings,
-                ambient,
-            } => (surroundings, Some(ambient), false),
+    /// Of uppermost cells of `height` mm.
+    pub(crate) fn new(
+        surface: &Surface,
+        material: &Material,
+        curve: &Enthalpy,
+        height: f64,
+    ) -> Self {
+        let (surroundings, none) = match *surface {
+            Surface::Insulated => (0.0, true),
+            Surface::Radiating { surroundings } | Surface::Evaporating { surroundings, .. } => {
+                (surroundings, false)
+            }
         };
-        let law = material.evaporation.as_ref();
         let black = curve.piecewise(
             material,
             |kelvin| STEFAN_BOLTZMANN * (kelvin.powi(4) - surroundings.powi(4)),
@@ -88,9 +94,7 @@ impl<R: Real> Losses<R> {
                 R::of(material.emissivity),
                 R::of(material.powder.emissivity),
             ],
-            steam: ambient
-                .zip(law)
-                .map(|(ambient, law)| Steam::new(law, ambient, curve)),
+            steam: Steam::new(surface, material, curve, height),
             none,
         }
     }
@@ -125,6 +129,7 @@ impl<R: Real> Losses<R> {
             steam,
             formulas: plane.formulas,
             share: R::of(plane.passed / plane.height),
+            around: plane.around,
             enthalpy: plane.enthalpy,
             density: plane.density,
             evaporated: &mut evaporated,
@@ -138,134 +143,7 @@ impl<R: Real> Losses<R> {
     }
 }
 
-impl<R: Real> Steam<R> {
-    fn new(law: &Evaporation, ambient: f64, curve: &Enthalpy) -> Self {
-        // nothing evaporates below the liquidus
-        let first = curve.at_liquidus;
-        let step = (curve.of(6000.0) - first) / ENTRIES as f64;
-        let g = |i: usize| first + step * i as f64;
-        let kelvins: Vec<f64> = (0..=ENTRIES).map(|i| curve.temperature(g(i))).collect();
-        let fluxes: Vec<f64> = kelvins.iter().map(|k| law.flux(*k, ambient)).collect();
-        let line = |(i, flux): (usize, &[f64])| {
-            let slope = (flux[1] - flux[0]) / step;
-            [flux[0] - slope * g(i), slope].map(R::of)
-        };
-        let per_joule = |kelvin: &f64| {
-            let flux = law.flux(*kelvin, ambient).max(f64::MIN_POSITIVE);
-            law.mass(*kelvin, ambient).map(|mass| mass / flux)
-        };
-        Steam {
-            range: [g(0), g(ENTRIES)].map(R::of),
-            per_entry: R::of(1.0 / step),
-            flux: fluxes.windows(2).enumerate().map(line).collect(),
-            mass: kelvins.iter().map(per_joule).collect(),
-        }
-    }
-
-    /// Heat that each cell loses, J/mm³, with `share = dt/height`, and the entry of the table that it stands at; implicit, so that a
-    /// step never overshoots. Zero where nothing evaporates.
-    #[inline(always)]
-    fn over(&self, g: &[R; LANES], share: R) -> ([R; LANES], [u32; LANES]) {
-        let [first, last] = self.range;
-        let (mut entry, mut line) = ([0_u32; LANES], [[R::ZERO; LANES]; 2]);
-        for i in 0..LANES {
-            let place = (g[i].larger(first) - first) * self.per_entry;
-            entry[i] = place.whole().min(ENTRIES as u32 - 1);
-        }
-        for i in 0..LANES {
-            [line[0][i], line[1][i]] = self.flux[entry[i] as usize];
-        }
-        let mut heat = [R::ZERO; LANES];
-        for i in 0..LANES {
-            let [a, b] = [line[0][i], line[1][i]];
-            let lost = share * (a + b * g[i].smaller(last)) / (R::ONE + share * b);
-            heat[i] = if g[i] > first { lost } else { R::ZERO };
-        }
-        (heat, entry)
-    }
-}
-
 const LANES: usize = 64;
-
-struct Evaporate<'a, R> {
-    steam: &'a Steam<R>,
-    formulas: &'a Formulas<R>,
-    share: R,
-    enthalpy: &'a mut [R],
-    density: &'a mut [R],
-    evaporated: &'a mut f64,
-    vapour: &'a mut [f64; Evaporation::MOST],
-}
-
-impl<R: Real> CellLoop for Evaporate<'_, R> {
-    #[inline(always)]
-    fn run(mut self) {
-        let (groups, rest) = std::mem::take(&mut self.enthalpy).as_chunks_mut::<LANES>();
-        let (of_density, density_rest) = std::mem::take(&mut self.density).as_chunks_mut();
-        for (g, r) in groups.iter_mut().zip(of_density) {
-            self.group(g, r);
-        }
-        if !rest.is_empty() {
-            // what is left of the group is no cell, too cold to evaporate
-            let (mut g, mut r) = ([R::ZERO; LANES], [R::ONE; LANES]);
-            g[..rest.len()].copy_from_slice(rest);
-            r[..rest.len()].copy_from_slice(density_rest);
-            self.group(&mut g, &mut r);
-            rest.copy_from_slice(&g[..rest.len()]);
-            density_rest.copy_from_slice(&r[..rest.len()]);
-        }
-    }
-}
-
-impl<R: Real> Evaporate<'_, R> {
-    #[inline(always)]
-    fn group(&mut self, g: &mut [R; LANES], r: &mut [R; LANES]) {
-        let first = self.steam.range[0];
-        let (mut hot, mut powder) = (0_u32, 0_u32);
-        for i in 0..LANES {
-            hot |= u32::from(g[i] > first);
-            powder |= u32::from(r[i] < R::ONE);
-        }
-        // most cells are cold
-        if hot == 0 {
-            return;
-        }
-        let (heat, entry) = self.steam.over(g, self.share);
-        let mut sums = [0.0_f64; LANES];
-        for i in 0..LANES {
-            sums[i] = heat[i].wide();
-        }
-        let add = |sum: &mut [f64; Evaporation::MOST], i: usize| {
-            let mass = &self.steam.mass[entry[i] as usize];
-            for c in 0..Evaporation::MOST {
-                sum[c] += sums[i] * mass[c];
-            }
-        };
-        // sums that do not wait for each other, in a fixed order
-        let (mut even, mut odd) = (*self.vapour, [0.0; Evaporation::MOST]);
-        for i in (0..LANES).step_by(2) {
-            add(&mut even, i);
-            add(&mut odd, i + 1);
-        }
-        for c in 0..Evaporation::MOST {
-            self.vapour[c] = even[c] + odd[c];
-        }
-        *self.evaporated += sums.iter().sum::<f64>();
-        if powder == 0 {
-            for i in 0..LANES {
-                g[i] += -heat[i];
-            }
-            return;
-        }
-        for i in (0..LANES).filter(|&i| heat[i] > R::ZERO) {
-            if r[i] < R::ONE {
-                (g[i], r[i]) = warm(self.formulas, g[i], r[i], -heat[i]);
-            } else {
-                g[i] += -heat[i];
-            }
-        }
-    }
-}
 
 struct Radiate<'a, R> {
     losses: &'a Losses<R>,

@@ -101,3 +101,74 @@ fn the_surface_does_not_hang_on_the_planes() {
         );
     }
 }
+
+/// Heat that vapour takes of a line on titanium, % of the beam's, and its highest surface, K: uppermost planes of `height` mm.
+fn vapour(height: f64, [power, speed, spot]: [f64; 3]) -> [f64; 2] {
+    let mut heights = vec![height; (0.2 / height).round() as usize];
+    while heights.iter().sum::<f64>() < 1.2 {
+        heights.insert(0, 1.3 * heights[0]);
+    }
+    let material = crate::support::titanium();
+    let setup = Setup {
+        covered: [[-1.0, -1.0], [3.0, 1.0]],
+        cell: 0.025,
+        coarser: 2,
+        heights,
+        layer: 0.1,
+        tracked: 0.2,
+        top: Surface::Evaporating {
+            surroundings: material.start,
+            ambient: 0.2,
+        },
+        beyond: Face::Imposed(material.start),
+        step: 5e-6,
+        focus: None,
+        bend: BEND,
+    };
+    let matter = setup.ground(&material, &|_| State::Dense);
+    let start = material.start;
+    let mut levels = Levels::on(setup, material, Ground::from(matter), start).unwrap();
+    let beam = Beam {
+        efficiency: 1.0,
+        depth: Depth::Falling { penetration: 0.018 },
+    };
+    let point = |x: f64, power: f64| BeamPoint {
+        time: x / speed,
+        x,
+        y: 0.0,
+        power,
+        spot,
+    };
+    let path = BeamPath::new(vec![point(0.0, power), point(2.0, 0.0)]).unwrap();
+    let watch = Watch {
+        places: Vec::new(),
+        every: 1e-3,
+    };
+    levels.draw(&path, &beam, &watch, &Silent).unwrap();
+    let window = [[-0.3, -0.3], [2.3, 0.3]];
+    [
+        100.0 * levels.ledger().vapour_share(),
+        levels.highest_of_surface(window).largest().0,
+    ]
+}
+
+/// What leaves hangs little on the planes where the pool is deeper than one: on a plane as high as the layer two thirds of it and more
+/// leave. By the temperature of cells a hundredth to a twelfth did.
+#[test]
+fn vapour_leaves_by_the_surface_on_planes_of_any_height() {
+    for case in [
+        [120.0, 500.0, 0.4],
+        [150.0, 500.0, 0.4],
+        [300.0, 980.0, 0.4],
+    ] {
+        let [fine, hottest] = vapour(0.0125, case);
+        for (height, most) in [(0.1, 0.36), (0.05, 0.08), (0.025, 0.01)] {
+            let [share, surface] = vapour(height, case);
+            println!(
+                "{case:?} {height}: {share:.2} %, {surface:.0} K; fine {fine:.2} %, {hottest:.0} K"
+            );
+            assert!((share / fine - 1.0).abs() < most, "{case:?} {height}");
+            assert!((surface - hottest).abs() < 150.0, "{case:?} {height}");
+        }
+    }
+}

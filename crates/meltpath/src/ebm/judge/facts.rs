@@ -73,7 +73,7 @@ impl<'a> Shown<'a> {
 }
 
 /// What is told of vapour beside its figures.
-const COLDER: &str = "on the reference solver, with what the judge's runs with other cells, planes and steps change of it; vapour leaves by the temperature of cells, which the surface exceeds: more leaves than told, the more the thicker the planes (judge.planes)";
+const WITH_CHANGES: &str = "on the reference solver, with what the judge's runs with other cells, planes and steps change of it; of pools that are shallower than a plane more planes (judge.planes) tell it better";
 
 /// A figure of what leaves as vapour, with what other cells, planes, steps and ground change of it.
 fn with_changes(path: &JudgedPath, figure: impl Fn(&Run) -> f64, unit: &str) -> Measure {
@@ -84,7 +84,7 @@ fn with_changes(path: &JudgedPath, figure: impl Fn(&Run) -> f64, unit: &str) -> 
 /// What leaves as vapour: of the heat, of the metal, and of the element that loses most of itself.
 fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     let (material, ledger) = (&settings.material, &path.runs[0].ledger);
-    let words = COLDER;
+    let words = WITH_CHANGES;
     let title = "heat of the beam that vapour carries away";
     if !matches!(settings.surface, Surface::Evaporating { .. }) {
         let off = "not told: evaporation is off (ebm.evaporation), so that hot places are hotter than they would be";

@@ -90,7 +90,8 @@ pub(in crate::ebm) fn domain(plan: &Plan, judging: &Judge) -> Domain {
             beside: far,
         },
         JudgeGround::Plate => Domain {
-            below: judging.plate + plan.lower.len() as f64 * plan.settings.job.ebm.layer.0,
+            // counted from the build plane: the judged layer lies on it, too
+            below: judging.plate + (plan.lower.len() + 1) as f64 * plan.settings.job.ebm.layer.0,
             beside: far,
         },
         JudgeGround::ThesisBox => Domain::NARROW,

@@ -3,24 +3,18 @@
 use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::region::{crosses, signed_area};
+use meltpath_scan_head::measures::outline::{self, NEAR, Rings, boundaries};
+use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_toolpath::{Layer, Role};
 
 use crate::lpbf::plan::work::{Source, Work};
 
 /// Share of one enclosed area that may stay bare, %: a hatch that is drawn a little short of its contour.
 const BARE: f64 = 2.0;
-/// What no mark comes nearer to than so many hatch distances is bare. Lines a hatch apart leave half of one, one missing line a whole one.
-const NEAR: f64 = 1.05;
 /// Edge of a cell, in hatch distances.
 const CELL: f64 = 0.5;
 /// Cells of a layer at most: those of a larger one are larger.
 const CELLS: f64 = 16e6;
-/// Hatch distances up to which a ring lies beside the one round it all along: both are contours of one boundary.
-const BESIDE: f64 = 1.6;
-/// Rings end where they begin, mm.
-const CLOSED: f64 = 1e-3;
-
 /// An area of a layer that stays bare.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bare {
@@ -191,7 +185,8 @@ impl Cells {
                 let [p, q] = shares.map(|s| a.x + s * along.x);
                 for column in self.between(0, [p.min(q) - within, p.max(q) + within]) {
                     let cell = row * self.size[0] + column;
-                    marked[cell] = marked[cell] || off(self.middle(cell), a, b) <= within;
+                    marked[cell] =
+                        marked[cell] || distance_to_segment(self.middle(cell), a, b) <= within;
                 }
             }
         }
@@ -227,83 +222,11 @@ impl Cells {
     }
 }
 
-/// How far a place is from a line between two others.
-fn off(p: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let along = b - a;
-    let share = (p - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-    p.distance(a + share.clamp(0.0, 1.0) * along)
-}
-
-/// The closed contours of a layer; what is drawn on from where the last contour ended goes on with it.
-fn rings(layer: &Layer) -> Vec<Vec<DVec2>> {
-    let (mut found, mut open) = (Vec::new(), Vec::<DVec2>::new());
-    for pass in layer.passes().filter(|p| p.head.role == Role::Contour) {
-        let mut points = pass.points.iter().map(|p| p.truncate());
-        let (Some(first), ends) = (points.next(), open.last()) else {
-            continue;
-        };
-        if ends.is_none_or(|end| end.distance(first) > CLOSED) {
-            open = vec![first];
-        }
-        open.extend(points);
-        let closes = open.len() > 3 && open[0].distance(open[open.len() - 1]) <= CLOSED;
-        if closes {
-            open.pop();
-            found.push(std::mem::take(&mut open));
-        }
-    }
-    found
-}
-
-/// A ring with its box and its signed area.
-struct Nested<'a> {
-    ring: &'a [DVec2],
-    low: DVec2,
-    high: DVec2,
-    area: f64,
-}
-
-impl Nested<'_> {
-    fn holds(&self, p: DVec2) -> bool {
-        if p.cmplt(self.low).any() || p.cmpgt(self.high).any() {
-            return false;
-        }
-        let ends = self.ring.iter().zip(self.ring.iter().cycle().skip(1));
-        ends.filter(|(a, b)| crosses(**a, **b, p)).count() % 2 == 1
-    }
-}
-
-/// The rings that bound what is enclosed, whichever way they run: of contours side by side the outermost.
-fn boundaries(rings: &[Vec<DVec2>], hatch: f64) -> Vec<&[DVec2]> {
-    let mut all: Vec<Nested<'_>> = rings
-        .iter()
-        .map(|ring| Nested {
-            low: ring.iter().copied().fold(DVec2::INFINITY, DVec2::min),
-            high: ring.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max),
-            area: signed_area(ring),
-            ring,
-        })
-        .collect();
-    all.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));
-    let doubles = |n: usize| {
-        let own = &all[n];
-        // the smallest of the larger ones that hold it
-        let round = all[..n].iter().rev().find(|r| r.holds(own.ring[0]));
-        round.is_some_and(|round| {
-            round.area.signum() == own.area.signum() && beside(own.ring, round.ring, BESIDE * hatch)
-        })
-    };
-    let bound = (0..all.len()).filter(|n| !doubles(*n));
-    bound.map(|n| all[n].ring).collect()
-}
-
-/// Whether every corner of a ring lies within a distance of another.
-fn beside(ring: &[DVec2], round: &[DVec2], within: f64) -> bool {
-    let near = |p: DVec2| {
-        let mut sides = round.iter().zip(round.iter().cycle().skip(1));
-        sides.any(|(a, b)| off(p, *a, *b) <= within)
-    };
-    ring.iter().all(|p| near(*p))
+/// The closed contours of a layer.
+fn rings(layer: &Layer) -> Rings {
+    let contours = layer.passes().filter(|p| p.head.role == Role::Contour);
+    let lines = contours.flat_map(|p| p.points.windows(2));
+    outline::rings(lines.map(|two| [two[0].truncate(), two[1].truncate()]))
 }
 
 #[cfg(test)]

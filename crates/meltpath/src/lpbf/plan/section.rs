@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Arc;
 
 use meltpath_base::number::significant;
 use meltpath_base::settings::Problem;
@@ -12,6 +13,7 @@ use meltpath_geometry::offset::{Join, inset};
 use meltpath_planning::powder::{Hatch, HatchError, Pattern, Turns};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::Planned;
+use meltpath_scan_head::measures::outline::{Outlines, Rings};
 use meltpath_toolpath::Layer;
 
 use crate::job::lpbf::{HatchTable, LaserHatch, LpbfJob};
@@ -133,6 +135,20 @@ impl Section {
             ),
             "a smaller hatch.spacing, which is the distance of contours, too, or fewer contours",
         );
+    }
+
+    /// The outlines of what is filled, by the number of the layer.
+    pub(in crate::lpbf) fn outlines(&self) -> Outlines {
+        let rings = |areas: &Vec<Region>| -> Rings {
+            let all = areas
+                .iter()
+                .flat_map(|a| std::iter::once(&a.outer).chain(&a.holes));
+            all.cloned().collect()
+        };
+        let layers = (self.lowest..).zip(&self.drawn);
+        Outlines::Known(Arc::new(
+            layers.map(|(n, areas)| (n, rings(areas))).collect(),
+        ))
     }
 
     /// The hatch distance, mm.

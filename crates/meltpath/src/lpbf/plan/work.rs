@@ -8,6 +8,8 @@ use meltpath_scan_head::head::job::{Planned, prepare, prepare_layers};
 use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::{ScanJob, ScanJobError};
+use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
+use meltpath_scan_head::measures::outline::Outlines;
 
 use crate::lpbf::plan::file_layers::FileLayers;
 use crate::lpbf::plan::section::Section;
@@ -95,6 +97,20 @@ impl Work {
     /// [`HeadError`].
     pub fn layers<'a>(&'a self, recipe: &'a Recipe) -> Result<Layers<'a>, HeadError> {
         Ok(prepare_layers(self.planned()?, recipe)?)
+    }
+
+    /// What measures how a spot of diameter `spot` mm fills it; `hatch` is the distance of lines, mm, where the layers do not say it.
+    pub(in crate::lpbf) fn fill(&self, hatch: f64, spot: f64, modes: &[FillMode]) -> FillRate {
+        match self {
+            Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, modes),
+            Work::Layers(set) => {
+                let outlines = match &set.source {
+                    Source::File(_) => Outlines::OfContours,
+                    Source::Part(section) => section.outlines(),
+                };
+                FillRate::of_layers(set.hatch.unwrap_or(hatch), outlines, spot, modes)
+            }
+        }
     }
 
     /// What shapes the marks of a file and is not followed, in words.
