@@ -52,6 +52,10 @@ pub fn calibrate(
         "focus calibration",
         "two lines of least squares through the thickness of walls, which meet between two of them (Béraud 2016, section 3.2.2.1.3)",
     );
+    provenance.model(
+        "bounds of the sharpest focus",
+        "two lines that meet, and a hyperbola with a slope on each side unless the walls rule it out (Fisher's F, 1 in 100)",
+    );
     provenance.model("thickness of walls", &walls.line.source);
     let mut found = Found {
         verdict: Verdict {
@@ -164,9 +168,16 @@ fn straight(found: &FromWalls) -> Check {
         .remedy("build walls only where thickness goes straight, on both sides, or measure the spot near the sharpest focus by other means")
 }
 
-/// Whether the smallest spot is known, from where the lines meet.
+/// Middle and half of the interval of 95 of 100 calibrations, of thousandths.
+fn most(told: Told) -> [f64; 2] {
+    let [low, high] = told.most.map(|end| 1e3 * end);
+    [0.5 * (low + high), 0.5 * (high - low)]
+}
+
+/// Whether the smallest spot is known, from where the lines meet, and from the waist of a caustic that explains the walls as well.
 fn spot_known(found: &FromWalls) -> Check {
-    let share = 100.0 * found.spot.most / found.spot.value;
+    let [middle, half] = most(found.spot);
+    let share = 100.0 * half / middle;
     let title = "how far the smallest spot may be off, in 95 of 100 calibrations, of its diameter";
     let value = Measure::exact(share, "%");
     let check = doubted(Check::judge(
@@ -178,9 +189,25 @@ fn spot_known(found: &FromWalls) -> Check {
     if check.status == Status::Pass {
         return check;
     }
+    let reason = match found.caustic {
+        Some(waist) => format!(
+            "whether the beam narrows along two lines or along a caustic the walls do not tell: the lines meet at {:.1} mA; {}",
+            1e3 * found.sharpest,
+            otherwise(waist)
+        ),
+        None => "so little do the walls, their number and their distance from the sharpest focus say of where the lines meet".to_owned(),
+    };
     check
-        .because("so little do the walls, their number and their distance from the sharpest focus say of where the lines meet")
+        .because(&reason)
         .remedy("build more walls, above all near the sharpest focus on both sides")
+}
+
+/// What a caustic says that explains the walls as well as the lines do.
+fn otherwise([focus, diameter]: [f64; 2]) -> String {
+    let [focus, diameter] = [1e3 * focus, 1e3 * diameter];
+    format!(
+        "a caustic explains the walls about as well, with its waist of {diameter:.0} µm at {focus:.1} mA"
+    )
 }
 
 /// Whether the line of thickness over diameter is known for all diameters that are told by it.
@@ -210,8 +237,15 @@ fn known(walls: &Walls, found: &FromWalls) -> Check {
 
 fn facts(found: &FromWalls) -> Vec<Fact> {
     let within = |told: Told| {
-        let most = Measure::new(1e3 * told.value, 1e3 * told.most, "");
-        format!("in 95 of 100 calibrations within {most}")
+        let [middle, half] = most(told);
+        let within = format!(
+            "in 95 of 100 calibrations within {}",
+            Measure::new(middle, half, "")
+        );
+        match found.caustic {
+            Some(waist) => format!("{within}; {}", otherwise(waist)),
+            None => within,
+        }
     };
     let of = |told: Told, unit| Measure::new(1e3 * told.value, 1e3 * told.sigma, unit);
     vec![

@@ -1,10 +1,11 @@
-//! How far a calibration from walls may be trusted: how well it is known where its lines meet, whether a wall is far off, whether the walls lie
-//! on a curve.
+//! How far a calibration from walls may be trusted: how well the sharpest focus is known, whether a wall is far off, whether the walls lie on a
+//! curve.
 
 use meltpath_numerics::least_squares::Regression;
 use meltpath_numerics::student::{ONE_SIGMA, Unknowns, as_much_by_chance, within};
 
 use super::lines::{Lines, Wall};
+use super::waist::{Form, Sharpest, Waist};
 
 /// Numbers of two lines.
 const NUMBERS: usize = 4;
@@ -20,34 +21,79 @@ const MOST: f64 = 0.95;
 pub struct Told {
     /// The number.
     pub value: f64,
-    /// Its uncertainty: as many values lie within it as within one standard deviation of a normal distribution, 68 of 100; infinite where
-    /// nothing tells the noise.
+    /// Its uncertainty: as many values lie within it as within one standard deviation of a normal distribution, 68 of 100.
     pub sigma: f64,
-    /// Half of the interval that holds the true value in 95 of 100 calibrations.
-    pub most: f64,
+    /// The interval that holds the true value in 95 of 100 calibrations; the number need not be its middle.
+    pub most: [f64; 2],
 }
 
-/// Where the lines meet, from the noise of the walls about them: the current, A, and the thickness, mm. Student's t, for the noise is
-/// estimated from the walls themselves, and of few of them badly.
-pub(super) fn meeting(lines: &Lines, walls: usize) -> [Told; 2] {
-    let freedom = walls.saturating_sub(NUMBERS);
-    let noise = noise(lines.squares, freedom).sqrt();
-    let [falls, rises] = lines.both;
-    let (down, up) = (falls.coefficients[1], rises.coefficients[1]);
-    let opening = up - down;
-    let [of_falls, of_rises] = [falls, rises].map(|l| l.variance(lines.meet));
-    // a line that is higher by one moves where they meet by 1 / opening, and the height there by the other's slope times that
-    let current = (of_falls + of_rises).sqrt() / opening;
-    let height = (up.powi(2) * of_falls + down.powi(2) * of_rises).sqrt() / opening;
-    let told = |value, one: f64| Told {
-        value,
-        sigma: within(ONE_SIGMA, freedom) * noise * one,
-        most: within(MOST, freedom) * noise * one,
-    };
-    [
-        told(lines.meet, current),
-        told(falls.at(lines.meet), height),
-    ]
+impl Told {
+    /// The same of what is so many times as large.
+    pub(super) fn times(self, by: f64) -> Told {
+        Told {
+            value: by * self.value,
+            sigma: by * self.sigma,
+            most: self.most.map(|end| by * end),
+        }
+    }
+
+    /// What is known where either may be true: bounds that hold both, and their middle.
+    fn or(self, otherwise: Told) -> Told {
+        let most = [
+            self.most[0].min(otherwise.most[0]),
+            self.most[1].max(otherwise.most[1]),
+        ];
+        let value = 0.5 * (most[0] + most[1]);
+        let sigma = |told: Told| (told.value - value).abs() + told.sigma;
+        Told {
+            value,
+            sigma: sigma(self).max(sigma(otherwise)),
+            most,
+        }
+    }
+}
+
+/// How well a waist is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Known {
+    /// The current there, A, and the thickness without what a beam of no diameter leaves, mm.
+    pub(super) told: [Told; 2],
+    /// The waist of a caustic, where the walls lie on one about as well as on two lines.
+    pub(super) caustic: Option<Waist>,
+}
+
+/// How well the waist is known where two lines meet. Walls on a caustic may look as if they lay on two lines: its waist is held, too, unless it
+/// is worse than the lines by more than chance makes it (Fisher's F with one more unknown: both forms have as many).
+pub(super) fn waist(meet: Waist, walls: &[[f64; 2]]) -> Known {
+    let freedom = walls.len().saturating_sub(NUMBERS);
+    let lines = Sharpest::of(walls, Form::Lines);
+    let caustic = Sharpest::of(walls, Form::Caustic);
+    let by_lines = told_by(&lines, meet, freedom);
+    let worse = (caustic.squares - lines.squares) / noise(lines.squares, freedom);
+    if as_much_by_chance(worse, Unknowns::One, freedom) < RARE {
+        return Known {
+            told: by_lines,
+            caustic: None,
+        };
+    }
+    let by_caustic = told_by(&caustic, caustic.waist, freedom);
+    Known {
+        told: [0, 1].map(|k| by_lines[k].or(by_caustic[k])),
+        caustic: Some(caustic.waist),
+    }
+}
+
+/// A waist with the bounds that one form gives it: they hold every waist that leaves no more than Student's t allows beside the best one,
+/// whose misses tell the noise.
+pub(super) fn told_by(form: &Sharpest, waist: Waist, freedom: usize) -> [Told; 2] {
+    let noise = noise(form.squares, freedom);
+    let ends = |share| form.within(form.squares + noise * within(share, freedom).powi(2));
+    let (one, most) = (ends(ONE_SIGMA), ends(MOST));
+    [0, 1].map(|k| Told {
+        value: waist[k],
+        sigma: 0.5 * (one[k][1] - one[k][0]),
+        most: [most[k][0].min(waist[k]), most[k][1].max(waist[k])],
+    })
 }
 
 /// Variance of a wall from what fits leave: no less than a micrometer's reading has.

@@ -14,11 +14,6 @@ pub struct Wall {
 pub(super) struct Line {
     /// Intercept, mm, and slope, mm/A.
     pub(super) coefficients: [f64; 2],
-    walls: f64,
-    /// Mean current, A.
-    mean: f64,
-    /// Sum of squares of the currents about their mean, A².
-    about: f64,
 }
 
 impl Line {
@@ -35,9 +30,6 @@ impl Line {
         let slope = xy / xx;
         (xx > 0.0).then_some(Line {
             coefficients: [y - slope * x, slope],
-            walls: n,
-            mean: x,
-            about: xx,
         })
     }
 
@@ -49,11 +41,6 @@ impl Line {
     fn squares(&self, walls: &[Wall]) -> f64 {
         let off = |w: &Wall| (w.thickness - self.at(w.focus)).powi(2);
         walls.iter().map(off).sum()
-    }
-
-    /// Variance of the line at a current, of walls with a noise of one.
-    pub(super) fn variance(&self, focus: f64) -> f64 {
-        1.0 / self.walls + (focus - self.mean).powi(2) / self.about
     }
 }
 

@@ -146,6 +146,18 @@ fn walls_that_are_not_to_be_trusted_cannot_say() {
     });
     assert_eq!(check(&far, "spot-known").status, Status::CannotSay);
     assert_eq!(check(&far, "straight").status, Status::NotChecked);
+    // a caustic that looks like two lines where one side is short: the bounds hold its waist, and the report tells it
+    let book: [f64; 12] = std::array::from_fn(|k| -3.0 + 3.0 * k as f64);
+    let scatter = |x: f64| 6.0 * (12.9898 * x).sin();
+    let either = told(&book, &|x| {
+        150.0 + 0.5 * 320.0_f64.hypot(24.0 * (x - 7.15)) + scatter(x)
+    });
+    for (fact, truth) in either.facts.iter().zip([7.15, 320.0]) {
+        let value = fact.value.as_ref().unwrap();
+        let off = (value.value - truth).abs();
+        assert!(off <= 2.0 * value.sigma.unwrap(), "{fact:?}");
+        says(&fact.reason, &["a caustic explains the walls"]);
+    }
 }
 
 #[test]
