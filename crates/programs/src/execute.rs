@@ -16,6 +16,7 @@ mod frames;
 mod gap;
 mod held;
 mod instructions;
+mod modal;
 mod moves;
 mod path;
 mod positions;
@@ -38,6 +39,7 @@ pub use refusal::{ProgramError, Refusal};
 use crate::expression::Memory;
 use crate::fanuc_ls::instruction_text;
 use crate::held::Holds;
+use crate::modal::Now;
 use crate::positioner::Turning;
 use crate::program::{ArcValue, Instruction, Position, Program};
 use crate::scan::tidy;
@@ -239,6 +241,7 @@ pub(crate) fn execution_order(
         bead_axes: None,
         axes: None,
         came: Came::Unknown,
+        now: Now::default(),
         turned: None,
         arc: None,
         layer: None,
@@ -323,6 +326,8 @@ struct Machine<'a> {
     axes: Option<Vec<f64>>,
     /// Where the last move came to.
     came: Came,
+    /// What lines have set for the moves to come.
+    now: Now,
     /// Where the positioner stood at the last move.
     turned: Option<Vec<f64>>,
     /// Nothing is prepared ahead: every move ends at a standstill.

@@ -17,7 +17,7 @@ impl Machine<'_> {
     ) -> Result<Flow, ProgramError> {
         match instruction {
             Instruction::Motion(motion) => {
-                self.motion(motion)?;
+                self.move_as_set(motion)?;
                 if self.stops && self.arc.is_some() {
                     self.wait(0.0)?;
                 }

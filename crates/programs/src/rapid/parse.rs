@@ -217,6 +217,16 @@ fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
     })
 }
 
+/// The speed of a move, mm/s, where it is known; else what its words leave: weld data of the controller where it lays metal by such.
+fn speed_of(known: Option<f64>, (path, lays): (Path, bool), words: &str) -> Speed {
+    match known {
+        Some(value) => Speed::path(value),
+        None if path == Path::Joint => Speed::Maximum,
+        None if lays => Speed::Weld,
+        None => Speed::Other(tidy(words)),
+    }
+}
+
 impl Routine {
     fn statement(&mut self, text: &str, known: &Declared) {
         if let Some(comment) = text.strip_prefix('!') {
@@ -434,17 +444,14 @@ impl Routine {
             })
         });
         // the weld data of a move hold until its end
-        let speed = match (&laid, stage) {
+        let along = match (&laid, stage) {
             (Some(weld), Some(Stage::Goes | Stage::End)) => {
                 Some(weld.speed).filter(|s| s.is_finite())
             }
             _ => driven,
         };
-        let speed = match speed {
-            Some(value) => Speed::path(value),
-            None if path == Path::Joint => Speed::Maximum,
-            None => Speed::Weld,
-        };
+        let lays = laid.is_some() && stage != Some(Stage::Start);
+        let speed = speed_of(along, (path, lays), speed);
         let termination = match listed(zone, &known.zones, data::zone) {
             Some(distance) if distance > 0.0 => Termination::Blend(distance),
             Some(_) => Termination::Fine,

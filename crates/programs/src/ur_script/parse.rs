@@ -186,7 +186,7 @@ impl<'w> Reader<'w> {
             if let Some(all) = called(line, name) {
                 let rest = all.get(1..)?;
                 let time = said(rest, "t", 2);
-                let (speed, radius) = (self.speed(rest, &time)?, said(rest, "r", 3));
+                let (speed, radius) = (Self::speed(rest, &time)?, said(rest, "r", 3));
                 let target = self.target(all.first()?);
                 self.path(MotionKind::Linear, target, speed, &radius);
                 self.accelerates(rest, &time);
@@ -198,7 +198,7 @@ impl<'w> Reader<'w> {
         }
         if let Some(all) = called(line, "movec") {
             let rest = all.get(2..)?;
-            let (speed, radius) = (self.speed(rest, &Said::No)?, said(rest, "r", 2));
+            let (speed, radius) = (Self::speed(rest, &Said::No)?, said(rest, "r", 2));
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
             self.path(MotionKind::Circular { via }, target, speed, &radius);
@@ -285,7 +285,7 @@ impl<'w> Reader<'w> {
     }
 
     /// The speed of a move along a path, or its time, which goes before; nothing where a bead's is none that is known.
-    fn speed(&self, rest: &[&str], time: &Said<'_>) -> Option<Speed> {
+    fn speed(rest: &[&str], time: &Said<'_>) -> Option<Speed> {
         match *time {
             Said::No | Said::Number(0.0) => {}
             Said::Number(value) if value > 0.0 => {
@@ -299,8 +299,8 @@ impl<'w> Reader<'w> {
         match said(rest, "v", 1) {
             Said::No => Some(Speed::path(scaled(USUAL_SPEED, 1000.0))),
             Said::Number(v) if v > 0.0 => Some(Speed::path(scaled(v, 1000.0))),
-            // a travel's is told where it is used
-            Said::Number(_) | Said::Other(_) => self.arc.is_none().then_some(Speed::Weld),
+            Said::Number(v) => Some(Speed::Other(format!("v={v}"))),
+            Said::Other(text) => Some(Speed::Other(format!("v={text}"))),
         }
     }
 
