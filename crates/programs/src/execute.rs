@@ -22,6 +22,7 @@ mod path;
 mod positions;
 mod refusal;
 mod source;
+mod turns;
 mod zones;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -164,6 +165,8 @@ pub(crate) struct ExecutedMotion {
     pub external: Vec<f64>,
     /// How fast.
     pub speed: ExecutedSpeed,
+    /// How fast the tool turns at the most, °/s, where the program says it.
+    pub turns: Option<f64>,
     /// Smoothing at the end, 0 to 1; `None` stops (FINE).
     pub smoothing: Option<f64>,
     /// The arc during the move; `None` while it is off.
@@ -264,6 +267,7 @@ pub(crate) fn execution_order(
     machine.close_arcs();
     machine.tell_in_frames_of_beads();
     machine.look_at_circles();
+    machine.keep_turns();
     machine.look_at_zones();
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
@@ -458,6 +462,12 @@ impl Machine<'_> {
                         "{lines}: how long {word} stands on the crater is known to the controller only: no time is simulated"
                     ),
                     "tell it in the cell file: crater_time of [[program.schedule]], \"0 s\" where the crater is not filled",
+                ),
+                "tool-turns-slowly" => (
+                    format!(
+                        "{lines}: the tool may turn by {word} alone: this bead is laid more slowly than its speed says"
+                    ),
+                    "raise the limit (the second number of the speeddata, rmax of the movement descriptor), or let the torch turn less along the bead",
                 ),
                 "program-ends" => (
                     format!(

@@ -176,9 +176,19 @@ pub struct MotionInstruction {
     pub extra: Vec<String>,
     /// How quickly it gains its speed, where the program says it.
     pub acceleration: Option<Acceleration>,
+    /// How fast it turns the tool at the most, °/s, where the program says it.
+    pub turns: Option<f64>,
 }
 
+/// From here on a limit of turning limits nothing, °/s: that of all speeds that ABB predefines, which no wrist comes to.
+const ANY_TURN: f64 = 500.0;
+
 impl MotionInstruction {
+    /// The tool turns at most so fast, °/s.
+    pub(crate) fn turns_at_most(&mut self, limit: Option<f64>) {
+        self.turns = limit.filter(|limit| *limit < ANY_TURN);
+    }
+
     /// A move that switches nothing and says nothing else.
     pub(crate) fn plain(
         kind: MotionKind,
@@ -194,6 +204,7 @@ impl MotionInstruction {
             arc: None,
             extra: Vec::new(),
             acceleration: None,
+            turns: None,
         }
     }
 }

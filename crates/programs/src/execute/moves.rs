@@ -402,6 +402,7 @@ impl Machine<'_> {
             target: target.pose,
             external: [target.own, target.further].concat(),
             speed,
+            turns: motion.turns.filter(|_| !joint),
             smoothing,
             arc: self.arc.as_ref().map(|(_, source)| *source),
             weave: self.weave.filter(|_| self.arc.is_some()),

@@ -443,6 +443,8 @@ impl Routine {
                 speed: f64::NAN,
             })
         });
+        // along a bead it holds, too: weld data tell the speed of the tip alone
+        let turns = listed(speed, &known.turns, data::turns);
         // the weld data of a move hold until its end
         let along = match (&laid, stage) {
             (Some(weld), Some(Stage::Goes | Stage::End)) => {
@@ -466,11 +468,13 @@ impl Routine {
         }
         let arc = self.arc(stage, laid);
         let phases = self.phases((stage, seam), arc, known);
-        self.out.push(Instruction::Motion(MotionInstruction {
+        let mut motion = MotionInstruction {
             arc: phases.at_end,
             extra,
             ..MotionInstruction::plain(kind, target, speed, termination)
-        }));
+        };
+        motion.turns_at_most(turns);
+        self.out.push(Instruction::Motion(motion));
         self.out.unsaid(phases.unsaid);
         phases.more.into_iter().for_each(|more| self.out.push(more));
         if stage == Some(Stage::End) {

@@ -245,3 +245,55 @@ fn a_speed_that_is_not_known_is_no_schedules() {
         .filter(|g| g.why == Missing::Speed("vSlow".to_owned()));
     assert_eq!(told.count(), 1, "{:?}", reading.gaps);
 }
+
+/// 40° along 60 mm at 1 °/s take 40 s, and 30° along 50 mm at 2 °/s take 15 s.
+#[test]
+fn a_bead_goes_as_slowly_as_its_tool_may_turn() {
+    let place = |x: f64, half: f64| {
+        let (sin, cos) = f64::to_radians(half).sin_cos();
+        format!("[[{x},0,0],[0,{cos},{sin},0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]")
+    };
+    let cell = cell(&[100.0, 120.0]);
+    let abb = |speed: &str, end: f64| {
+        let text = format!(
+            "MODULE M\nPERS tooldata t:=[TRUE,[[0,0,0],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\nCONST speeddata vTurn:=[12.5,1,500,500];\nPERS welddata w:=[10,0,[1,6,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];\nPROC main()\nMoveL {0},v100,fine,t;\nArcLStart {0},v100,sm1,w,fine,t;\nArcLEnd {1},{speed},sm1,w,fine,t;\nENDPROC\nENDMODULE\n",
+            place(0.0, 0.0),
+            place(end, 20.0)
+        );
+        let parsed = dialect::read(Dialect::Rapid, text.as_bytes(), None, &cell).unwrap();
+        let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+        read_toolpath(&programs, &cell.execution(10.0), 1e3, &Reporter::new()).unwrap()
+    };
+    for (speed, wanted) in [
+        ("vTurn", 1.5),
+        ("[100,2,500,500]", 3.0),
+        ("v100", 10.0),
+        ("[100,90,500,500]", 10.0),
+    ] {
+        let laid = speeds(&abb(speed, 60.0));
+        assert!(
+            (laid[0] - wanted).abs() < 1e-3 && laid.len() == 1,
+            "{speed}: {laid:?}"
+        );
+    }
+    // in place it burns for a time that no toolpath tells
+    let told = |speed: &str| whys(&abb(speed, 0.0)).contains(&&Missing::WaitWithArc);
+    assert!(told("vTurn") && !told("v100"));
+    let dtx = include_str!("../data/bead.dtx");
+    let pgx = include_str!("../data/bead.pgx");
+    for (limit, wanted) in [("360", 8.0), ("2", 10.0 / 3.0), ("9999", 8.0)] {
+        let data = dtx.replacen(
+            "tmax=\"8\" rmax=\"360\"",
+            &format!("tmax=\"8\" rmax=\"{limit}\""),
+            1,
+        );
+        let data = data.replace("x=\"60\" rx=\"180\"", "x=\"60\" rx=\"150\"");
+        let data = Some(data.as_bytes());
+        let parsed = dialect::read(Dialect::Val3, pgx.as_bytes(), data, &cell).unwrap();
+        let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+        let reading =
+            read_toolpath(&programs, &cell.execution(10.0), 1e3, &Reporter::new()).unwrap();
+        let laid = speeds(&reading);
+        assert!((laid[0] - wanted).abs() < 1e-3, "{limit}: {laid:?}");
+    }
+}
