@@ -246,6 +246,36 @@ fn a_speed_that_is_not_known_is_no_schedules() {
     assert_eq!(told.count(), 1, "{:?}", reading.gaps);
 }
 
+/// What runs whenever something comes true may lay metal, but for the controller's own stop.
+#[test]
+fn interrupts_of_a_kuka_run_programs() {
+    let call = Missing::Call("OWN".to_owned());
+    let declared = "INTERRUPT DECL 4 WHEN $IN[3]==TRUE DO OWN( )";
+    for (lines, routines, told) in [
+        (declared, "", vec![&call]),
+        (
+            "GLOBAL INTERRUPT DECL 4 WHEN $IN[3] DO OWN(1)\nINTERRUPT ON 4",
+            "",
+            vec![&call],
+        ),
+        (
+            "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\nINTERRUPT ON 3",
+            "",
+            vec![],
+        ),
+        ("INTERRUPT OFF 4\ninterrupt disable 4", "", vec![]),
+        (
+            declared,
+            "DEF OWN( )\nEND\n",
+            vec![&Missing::OnTheWay(declared.to_owned())],
+        ),
+    ] {
+        assert_eq!(whys(&bead(lines, "", routines)), told, "{lines} {routines}");
+    }
+    let unread = bead("INTERRUPT DECL 4 WHEN $IN[3]==TRUE", "", "");
+    assert_eq!(whys(&unread).len(), 1);
+}
+
 /// 40° along 60 mm at 1 °/s take 40 s, and 30° along 50 mm at 2 °/s take 15 s.
 #[test]
 fn a_bead_goes_as_slowly_as_its_tool_may_turn() {
