@@ -2,7 +2,7 @@
 
 use super::gap::Missing;
 use crate::program::{Dialect, JOINTS_AT};
-use crate::scan::{routine_name, strip_word};
+use crate::scan::{is_variable, routine_name, strip_word};
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
@@ -223,9 +223,22 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
         Effect::Wait
     } else if begins(passive) {
         Effect::Passive
+    } else if sets_variable(dialect, text) {
+        Effect::Shapes(Missing::Value(text.to_owned()))
     } else {
         Effect::Shapes(Missing::Unknown(text.to_owned()))
     }
+}
+
+/// Whether a line sets a variable, in the languages whose variables are followed.
+fn sets_variable(dialect: Dialect, text: &str) -> bool {
+    let sign = match dialect {
+        Dialect::Krl | Dialect::UrScript => "=",
+        Dialect::Rapid => ":=",
+        Dialect::FanucLs | Dialect::Inform | Dialect::Val3 => return false,
+    };
+    let name = text.split_once(sign).map(|(name, _)| name.trim());
+    name.is_some_and(is_variable)
 }
 
 /// What a line of a KUKA does to the moves that are prepared ahead of the arm (the advance run): without these nothing is rounded.

@@ -327,3 +327,13 @@ fn a_bead_goes_as_slowly_as_its_tool_may_turn() {
         assert!((laid[0] - wanted).abs() < 1e-3, "{limit}: {laid:?}");
     }
 }
+
+#[test]
+fn a_variable_that_is_set_to_an_argument_is_told_so() {
+    let reading = bead(
+        "SUB(5)",
+        "",
+        "DEF SUB(ZZ:IN)\nDECL REAL ZZ\nXP1.Z=ZZ+20\nEND\n",
+    );
+    assert_eq!(whys(&reading), [&Missing::Value("XP1.Z=ZZ+20".to_owned())]);
+}
