@@ -121,6 +121,16 @@ fn said<'a>(all: &[&'a str], name: &str, place: usize) -> Said<'a> {
     }
 }
 
+fn degrees(joints: [f64; 6]) -> [f64; 6] {
+    joints.map(|j| scaled(j.to_degrees(), 1.0))
+}
+
+/// Where the joints of `[…]` stand.
+fn joints(text: &str) -> Option<Coordinates> {
+    let all = numbers::<6>(text)?;
+    Some(Coordinates::Joint(Axis::joints(degrees(all))))
+}
+
 impl<'w> Reader<'w> {
     fn new(name: &str, words: Option<&'w ScriptWords>) -> Self {
         Reader {
@@ -258,7 +268,10 @@ impl<'w> Reader<'w> {
                 self.frame(frame);
                 self.out.place(place, (Some(frame), Some(self.tool)))
             }
-            None => PositionRef::Unresolved(tidy(text)),
+            None => match joints(text) {
+                Some(place) => self.out.place(place, (Some(self.frame), Some(self.tool))),
+                None => PositionRef::Unresolved(tidy(text)),
+            },
         }
     }
 
@@ -331,7 +344,6 @@ impl<'w> Reader<'w> {
 
     fn joint(&mut self, all: &[&str]) -> Option<()> {
         let to = *all.first()?;
-        let degrees = |joints: [f64; 6]| joints.map(|j| scaled(j.to_degrees(), 1.0));
         let place = if let Some(inner) = called(to, "get_inverse_kin") {
             let [pose, near] = inner[..] else { return None };
             let (mut place, frame) = self.pose(pose)?;
@@ -340,8 +352,8 @@ impl<'w> Reader<'w> {
                 *config = degrees(numbers(near)?).map(|j| j.to_string()).join(",");
             }
             place
-        } else if let Some(joints) = numbers::<6>(to) {
-            Coordinates::Joint(Axis::joints(degrees(joints)))
+        } else if let Some(joints) = joints(to) {
+            joints
         } else {
             let (place, frame) = self.pose(to)?;
             self.frame(frame);

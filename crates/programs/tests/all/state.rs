@@ -328,6 +328,38 @@ fn a_bead_goes_as_slowly_as_its_tool_may_turn() {
     }
 }
 
+/// Joints of a straight move, and a global variable beside lines of the arc, which set none.
+#[test]
+fn scripts_move_straight_to_joints_by_speeds_of_global_variables() {
+    let mut cell = cell(&[100.0]);
+    let words = cell.script.value.as_mut().unwrap();
+    words.arc_start.value = vec![
+        "set_job({1})".to_owned(),
+        "set_digital_out(0, True)".to_owned(),
+    ];
+    words.arc_end.value = vec!["set_digital_out(0, False)".to_owned()];
+    let text = "def w():
+  global vw = 0.0125
+  movel(p[0, 0, 0, 0, 3.14159265, 0], 1.2, 0.1)
+  set_job(1)
+  set_digital_out(0, True)
+  movel(p[0.1, 0, 0, 0, 3.14159265, 0], 1.2, vw)
+  set_digital_out(0, False)
+  movel([0, -1.5, 1.5, -1.5, -1.5, 0], 1.2, 0.1)
+end
+";
+    let parsed = dialect::read(Dialect::UrScript, text.as_bytes(), None, &cell).unwrap();
+    let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+    let reading = read_toolpath(&programs, &cell.execution(10.0), 1e3, &Reporter::new()).unwrap();
+    assert_eq!(speeds(&reading), [12.5]);
+    // where joints lead to without an arm is the one thing that is not known
+    let whys: Vec<String> = whys(&reading).iter().map(ToString::to_string).collect();
+    assert!(
+        matches!(&whys[..], [why] if why.contains("given by joints, and no robot")),
+        "{whys:?}"
+    );
+}
+
 #[test]
 fn a_variable_that_is_set_to_an_argument_is_told_so() {
     let reading = bead(
