@@ -16,11 +16,13 @@ mod frames;
 mod gap;
 mod held;
 mod instructions;
+mod modal;
 mod moves;
 mod path;
 mod positions;
 mod refusal;
 mod source;
+mod turns;
 mod zones;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,6 +40,7 @@ pub use refusal::{ProgramError, Refusal};
 use crate::expression::Memory;
 use crate::fanuc_ls::instruction_text;
 use crate::held::Holds;
+use crate::modal::Now;
 use crate::positioner::Turning;
 use crate::program::{ArcValue, Instruction, Position, Program};
 use crate::scan::tidy;
@@ -162,6 +165,8 @@ pub(crate) struct ExecutedMotion {
     pub external: Vec<f64>,
     /// How fast.
     pub speed: ExecutedSpeed,
+    /// How fast the tool turns at the most, °/s, where the program says it.
+    pub turns: Option<f64>,
     /// Smoothing at the end, 0 to 1; `None` stops (FINE).
     pub smoothing: Option<f64>,
     /// The arc during the move; `None` while it is off.
@@ -239,6 +244,7 @@ pub(crate) fn execution_order(
         bead_axes: None,
         axes: None,
         came: Came::Unknown,
+        now: Now::default(),
         turned: None,
         arc: None,
         layer: None,
@@ -261,6 +267,7 @@ pub(crate) fn execution_order(
     machine.close_arcs();
     machine.tell_in_frames_of_beads();
     machine.look_at_circles();
+    machine.keep_turns();
     machine.look_at_zones();
     if machine.arc.is_some() {
         machine.gap(Missing::ArcLeftOn);
@@ -323,6 +330,8 @@ struct Machine<'a> {
     axes: Option<Vec<f64>>,
     /// Where the last move came to.
     came: Came,
+    /// What lines have set for the moves to come.
+    now: Now,
     /// Where the positioner stood at the last move.
     turned: Option<Vec<f64>>,
     /// Nothing is prepared ahead: every move ends at a standstill.
@@ -453,6 +462,12 @@ impl Machine<'_> {
                         "{lines}: how long {word} stands on the crater is known to the controller only: no time is simulated"
                     ),
                     "tell it in the cell file: crater_time of [[program.schedule]], \"0 s\" where the crater is not filled",
+                ),
+                "tool-turns-slowly" => (
+                    format!(
+                        "{lines}: the tool may turn by {word} alone: this bead is laid more slowly than its speed says"
+                    ),
+                    "raise the limit (the second number of the speeddata, rmax of the movement descriptor), or let the torch turn less along the bead",
                 ),
                 "program-ends" => (
                     format!(

@@ -11,11 +11,14 @@ mod arc;
 mod data;
 mod entries;
 mod list;
+mod motion;
 mod parse;
 mod select;
+mod set;
 mod switched;
 mod tables;
 mod variables;
+mod with;
 mod words;
 mod write;
 

@@ -16,6 +16,7 @@ pub mod frame_text;
 pub mod held;
 pub mod inform;
 pub mod krl;
+pub mod modal;
 mod orientation;
 mod parsed;
 pub mod positioner;

@@ -10,6 +10,7 @@ use meltpath_toolpath::Weave;
 use crate::acceleration::Acceleration;
 pub use crate::arc_word::{ArcAction, ArcLine, ArcStyle, ArcValue, ArcWord, Unsaid};
 use crate::held::Holds;
+use crate::modal::{Modal, SetSpeed};
 use crate::said_frames::SaidFrames;
 
 choice! {
@@ -56,6 +57,8 @@ pub struct Program {
     pub unsaid: BTreeMap<usize, Vec<Unsaid>>,
     /// Where it says that its frames lie.
     pub said_frames: SaidFrames,
+    /// What its lines set for the moves to come, whichever program makes them.
+    pub modal: Modal,
 }
 
 impl Default for Program {
@@ -74,6 +77,7 @@ impl Default for Program {
             arc_lines: BTreeMap::new(),
             unsaid: BTreeMap::new(),
             said_frames: SaidFrames::default(),
+            modal: Modal::default(),
         }
     }
 }
@@ -172,9 +176,19 @@ pub struct MotionInstruction {
     pub extra: Vec<String>,
     /// How quickly it gains its speed, where the program says it.
     pub acceleration: Option<Acceleration>,
+    /// How fast it turns the tool at the most, °/s, where the program says it.
+    pub turns: Option<f64>,
 }
 
+/// From here on a limit of turning limits nothing, °/s: that of all speeds that ABB predefines, which no wrist comes to.
+const ANY_TURN: f64 = 500.0;
+
 impl MotionInstruction {
+    /// The tool turns at most so fast, °/s.
+    pub(crate) fn turns_at_most(&mut self, limit: Option<f64>) {
+        self.turns = limit.filter(|limit| *limit < ANY_TURN);
+    }
+
     /// A move that switches nothing and says nothing else.
     pub(crate) fn plain(
         kind: MotionKind,
@@ -190,6 +204,7 @@ impl MotionInstruction {
             arc: None,
             extra: Vec::new(),
             acceleration: None,
+            turns: None,
         }
     }
 }
@@ -235,7 +250,7 @@ impl PositionRef {
 }
 
 /// The speed of a move.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Speed {
     /// A number.
     Value {
@@ -255,6 +270,8 @@ pub enum Speed {
     Weld,
     /// As fast as the robot can.
     Maximum,
+    /// One that is not known here, in the program's words.
+    Other(String),
 }
 
 impl Speed {
@@ -263,6 +280,15 @@ impl Speed {
         Speed::Value {
             value,
             unit: SpeedUnit::MillimetrePerSecond,
+        }
+    }
+
+    /// As a line has set it, while the weld data that are on say `weld`, mm/s.
+    pub(crate) fn set(set: &SetSpeed, weld: Option<f64>) -> Self {
+        match set {
+            SetSpeed::Path(speed) => Speed::path(*speed),
+            SetSpeed::Weld => weld.map_or(Speed::Weld, Speed::path),
+            SetSpeed::Other(words) => Speed::Other(words.clone()),
         }
     }
 
@@ -275,9 +301,9 @@ impl Speed {
     }
 
     /// The number, where it is given in this unit.
-    pub(crate) fn given_in(self, wanted: SpeedUnit) -> Option<f64> {
+    pub(crate) fn given_in(&self, wanted: SpeedUnit) -> Option<f64> {
         match self {
-            Speed::Value { value, unit } if unit == wanted => Some(value),
+            Speed::Value { value, unit } if *unit == wanted => Some(*value),
             _ => None,
         }
     }
@@ -341,6 +367,19 @@ pub enum Termination {
     Blend(f64),
     /// Another word, verbatim.
     Other(String),
+}
+
+/// The word of a KUKA that rounds a corner by the distance that is set.
+pub(crate) const BY_DISTANCE: &str = "C_DIS";
+
+impl Termination {
+    /// By [`BY_DISTANCE`], which leaves the path at this distance, mm, where it is known.
+    pub(crate) fn rounded(distance: Option<f64>) -> Self {
+        match distance.filter(|distance| *distance > 0.0) {
+            Some(distance) => Termination::Blend(distance),
+            None => Termination::Other(BY_DISTANCE.to_owned()),
+        }
+    }
 }
 
 /// A taught position.

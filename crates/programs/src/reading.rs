@@ -387,6 +387,7 @@ mod tests {
             target: Pose::from_wpr(DVec3::new(10.0, 0.0, z), DVec3::ZERO),
             external: Vec::new(),
             speed: ExecutedSpeed::Path(12.5),
+            turns: None,
             smoothing: None,
             arc,
             weave: None,

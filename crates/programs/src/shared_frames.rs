@@ -101,21 +101,25 @@ fn number_alike(programs: &mut [Program]) {
                 };
                 *n = renamed.get(n).copied().unwrap_or(*n);
             }
+            for own in program.modal.own.values_mut() {
+                if let Some(n) = own.frame_mut(which) {
+                    *n = renamed.get(n).copied().unwrap_or(*n);
+                }
+            }
         }
     }
 }
 
 /// The frames of a kind that a program selects.
 fn selected(program: &Program, which: Which) -> impl Iterator<Item = u32> {
-    program
-        .instructions
-        .iter()
-        .filter_map(move |i| match (i, which) {
-            (Instruction::UserFrame(n), Which::User) | (Instruction::ToolFrame(n), Which::Tool) => {
-                Some(*n)
-            }
-            _ => None,
-        })
+    let lines = program.instructions.iter();
+    let lines = lines.filter_map(move |i| match (i, which) {
+        (Instruction::UserFrame(n), Which::User) | (Instruction::ToolFrame(n), Which::Tool) => {
+            Some(*n)
+        }
+        _ => None,
+    });
+    lines.chain(program.modal.own_frames(which))
 }
 
 /// Whether a program selects an entry by its own number.
@@ -139,10 +143,7 @@ const OF_PART: u32 = 1000;
 pub fn own_frames(program: &Program) -> Vec<u32> {
     let of_positions = program.positions.iter().flat_map(|p| &p.groups);
     let of_positions = of_positions.filter_map(|g| g.frame);
-    let selected = program.instructions.iter().filter_map(|i| match i {
-        Instruction::UserFrame(n) => Some(*n),
-        _ => None,
-    });
+    let selected = selected(program, Which::User);
     let all: BTreeSet<u32> = of_positions.chain(selected).collect();
     all.into_iter().filter(|n| is_own(program, *n)).collect()
 }

@@ -238,7 +238,7 @@ pub(crate) fn check(program: &Program) -> Result<(), WriteError> {
                 let speed = match m.speed {
                     // less would be written as zero
                     Speed::Value { value, .. } => value.is_finite() && value >= 1e-3,
-                    Speed::Register { .. } | Speed::Weld | Speed::Maximum => true,
+                    Speed::Register { .. } | Speed::Weld | Speed::Maximum | Speed::Other(_) => true,
                 };
                 let ends = match m.termination {
                     Termination::Blend(distance) => distance.is_finite() && distance >= 1e-3,

@@ -228,6 +228,19 @@ fn a_folder_of_programs_is_simulated_from_its_main() {
     call("OTHER", "WALL");
     let error = simulate().unwrap_err().to_string();
     assert!(error.contains("MAIN, OTHER"), "{error}");
+    // routines of its own that a file calls make no other its main
+    let folder = dir.path().join("kuka");
+    std::fs::create_dir(&folder).unwrap();
+    let place = |x: f64| format!("LIN {{X {x},Y 0,Z 0,A 0,B 0,C 180}}\n");
+    let frames = "$BASE=BASE_DATA[1]\n$TOOL=TOOL_DATA[1]\n$VEL.CP=0.1\n";
+    let [from, to] = [0.0, 60.0].map(place);
+    let main = format!("DEF WALL( )\n{frames}{from}LAY( )\nHELP( )\nEND\nDEF LAY( )\n{to}END\n");
+    let help = format!("DEF HELP( )\nOWN( )\nEND\nDEF OWN( )\n{from}END\n");
+    std::fs::write(folder.join("wall.src"), main).unwrap();
+    std::fs::write(folder.join("help.src"), help).unwrap();
+    let outcome = simulate_program(&folder, None, NextIn(&runs), &Silent).unwrap();
+    let provenance = std::fs::read_to_string(outcome.folder.join("provenance.json")).unwrap();
+    says(&provenance, &["wall.src", "help.src"]);
 }
 
 /// Heights count from the plate that the job tells; where nobody tells it, beads far from 0 decide nothing.

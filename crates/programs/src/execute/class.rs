@@ -33,6 +33,6 @@ pub fn becomes(dialect: Dialect, text: &str) -> Becomes {
         | Effect::Stops
         | Effect::Ahead(_) => Becomes::Executed,
         Effect::Wait | Effect::Pause | Effect::Passive => Becomes::Passed,
-        Effect::Shapes(_) => Becomes::Told,
+        Effect::Interrupts(_) | Effect::Shapes(_) => Becomes::Told,
     }
 }

@@ -2,6 +2,7 @@
 
 use super::gap::Missing;
 use crate::program::{Dialect, JOINTS_AT};
+use crate::scan::{is_variable, routine_name, strip_word};
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
@@ -29,6 +30,8 @@ pub(super) enum Effect {
     Ahead(bool),
     /// Shapes no metal.
     Passive,
+    /// Runs a program whenever something comes true: its name.
+    Interrupts(String),
     /// Shapes metal, or may do so, in a way that is not modelled.
     Shapes(Missing),
 }
@@ -114,8 +117,6 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
         Dialect::Krl => (
             &[
                 "&",
-                "GLOBALINTERRUPT",
-                "INTERRUPT",
                 "BAS(#INITMOV",
                 "BAS(#ACC",
                 "$BWDSTART",
@@ -204,7 +205,7 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
     let line = line.to_ascii_uppercase();
     let begins = |words: &[&str]| words.iter().any(|w| line.starts_with(w));
     if dialect == Dialect::Krl
-        && let Some(effect) = ahead(&line)
+        && let Some(effect) = ahead(&line).or_else(|| interrupt(text))
     {
         return effect;
     }
@@ -222,9 +223,22 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
         Effect::Wait
     } else if begins(passive) {
         Effect::Passive
+    } else if sets_variable(dialect, text) {
+        Effect::Shapes(Missing::Value(text.to_owned()))
     } else {
         Effect::Shapes(Missing::Unknown(text.to_owned()))
     }
+}
+
+/// Whether a line sets a variable, in the languages whose variables are followed.
+fn sets_variable(dialect: Dialect, text: &str) -> bool {
+    let sign = match dialect {
+        Dialect::Krl | Dialect::UrScript => "=",
+        Dialect::Rapid => ":=",
+        Dialect::FanucLs | Dialect::Inform | Dialect::Val3 => return false,
+    };
+    let name = text.split_once(sign).map(|(name, _)| name.trim());
+    name.is_some_and(is_variable)
 }
 
 /// What a line of a KUKA does to the moves that are prepared ahead of the arm (the advance run): without these nothing is rounded.
@@ -238,6 +252,27 @@ fn ahead(line: &str) -> Option<Effect> {
     }
     let moves: u32 = line.strip_prefix("$ADVANCE=")?.parse().ok()?;
     Some(Effect::Ahead(moves > 0))
+}
+
+/// What a KUKA runs where it stops by itself: it lays no metal.
+const STOPS: &str = "IR_STOPM";
+
+/// What a line of a KUKA does that declares an interrupt (`INTERRUPT DECL 4 WHEN $IN[3]==TRUE DO OWN()`) or switches it.
+fn interrupt(text: &str) -> Option<Effect> {
+    let own = strip_word(text, "GLOBAL").unwrap_or(text).trim_start();
+    let rest = strip_word(own, "INTERRUPT")?.trim_start();
+    let Some(declared) = strip_word(rest, "DECL") else {
+        let switches = ["ON", "OFF", "ENABLE", "DISABLE"];
+        let switches = switches.iter().any(|w| strip_word(rest, w).is_some());
+        return switches.then_some(Effect::Passive);
+    };
+    let upper = declared.to_ascii_uppercase();
+    let call = upper.rsplit_once(" DO ");
+    Some(match call.and_then(|(_, call)| routine_name(call)) {
+        Some(STOPS) => Effect::Passive,
+        Some(name) => Effect::Interrupts(name.to_owned()),
+        None => Effect::Shapes(Missing::Unknown(text.to_owned())),
+    })
 }
 
 /// Whether the second word of a line is `End`.

@@ -139,7 +139,11 @@ impl Machine<'_> {
         };
         let mut next = 0;
         let mut end = Flow::Return;
-        while let Some(instruction) = self.programs[program].instructions.get(next) {
+        loop {
+            self.take_in(program, next);
+            let Some(instruction) = self.programs[program].instructions.get(next) else {
+                break;
+            };
             self.at = (program, next);
             self.count += 1;
             if self.count > self.most {

@@ -162,6 +162,11 @@ pub enum Missing {
     /// What the profile of a toolpath says and is not simulated, or does not say.
     #[error("{0}")]
     Profile(String),
+    /// A variable that is set to what is not known here.
+    #[error(
+        "{0} sets a variable to what is not known here: arguments of a routine, and data that other lines set, are not followed"
+    )]
+    Value(String),
     /// An instruction that is not known.
     #[error("{0} is not an instruction that is known here")]
     Unknown(String),
@@ -261,6 +266,7 @@ impl Missing {
             | Missing::MayEnd(_)
             | Missing::Setting(_)
             | Missing::Word(_)
+            | Missing::Value(_)
             | Missing::Unknown(_) => Open::Places,
         }
     }
@@ -357,6 +363,9 @@ impl Missing {
             }
             Missing::MayEnd(_) => {
                 "take the condition out, and simulate what the program does with it and without it"
+            }
+            Missing::Value(_) => {
+                "write the numbers in their places, or set the variable in the routine that moves, from numbers"
             }
             Missing::Setting(_) | Missing::Word(_) | Missing::Unknown(_) => {
                 "take the line out if it does not change the beads, or write the moves that it makes"

@@ -17,7 +17,7 @@ impl Machine<'_> {
     ) -> Result<Flow, ProgramError> {
         match instruction {
             Instruction::Motion(motion) => {
-                self.motion(motion)?;
+                self.move_as_set(motion)?;
                 if self.stops && self.arc.is_some() {
                     self.wait(0.0)?;
                 }
@@ -89,7 +89,7 @@ impl Machine<'_> {
                 self.note("line-passed-over", first_word(text));
             }
             Effect::Position => self.set_position(text),
-            Effect::Passive | Effect::Stops | Effect::Ahead(_) => {
+            Effect::Passive | Effect::Stops | Effect::Ahead(_) | Effect::Interrupts(_) => {
                 self.note("line-passed-over", first_word(text));
             }
             Effect::Shapes(why) => self.gap(why),
@@ -118,6 +118,7 @@ impl Machine<'_> {
             Effect::Abort if self.in_block() => self.gap(Missing::MayEnd(text.to_owned())),
             Effect::Abort => return Ok(self.end_all(text)),
             Effect::Wait | Effect::Pause => self.stand(text),
+            Effect::Interrupts(name) => self.interrupts(&name, text),
             Effect::Shapes(why) => self.gap(why),
             Effect::Weave => self.begin_weave(text),
             Effect::WeaveEnd => self.weave = None,
@@ -199,6 +200,19 @@ impl Machine<'_> {
             line: self.at.1 as u32 + 1,
         });
         Ok(())
+    }
+
+    /// A program may run at any time, by an interrupt.
+    fn interrupts(&mut self, name: &str, text: &str) {
+        let given = self
+            .programs
+            .iter()
+            .any(|p| p.name.eq_ignore_ascii_case(name));
+        if given && !self.settings.passed_over.contains(name) {
+            self.gap(Missing::OnTheWay(text.to_owned()));
+        } else {
+            self.call_outside(name);
+        }
     }
 
     /// Passes over a call of a program that was not given.

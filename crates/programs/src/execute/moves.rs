@@ -186,10 +186,10 @@ impl Machine<'_> {
 
     /// The speed of a move; an assumed one, told, where it is not known.
     fn speed(&mut self, motion: &MotionInstruction) -> Result<ExecutedSpeed, ProgramError> {
-        let (value, unit) = match motion.speed {
-            Speed::Value { value, unit } => (value, unit),
-            Speed::Register { number, unit } => match self.memory.registers.get(&number) {
-                Some(value) => (*value, unit),
+        let (value, unit) = match &motion.speed {
+            Speed::Value { value, unit } => (*value, *unit),
+            Speed::Register { number, unit } => match self.memory.registers.get(number) {
+                Some(value) => (*value, *unit),
                 None => return Ok(self.assumed_speed(motion, format!("R[{number}]"))),
             },
             Speed::Weld => {
@@ -200,6 +200,7 @@ impl Machine<'_> {
                     },
                 );
             }
+            Speed::Other(words) => return Ok(self.assumed_speed(motion, words.clone())),
             Speed::Maximum => {
                 return match motion.kind {
                     MotionKind::Joint => Ok(ExecutedSpeed::Joint(1.0)),
@@ -401,6 +402,7 @@ impl Machine<'_> {
             target: target.pose,
             external: [target.own, target.further].concat(),
             speed,
+            turns: motion.turns.filter(|_| !joint),
             smoothing,
             arc: self.arc.as_ref().map(|(_, source)| *source),
             weave: self.weave.filter(|_| self.arc.is_some()),

@@ -240,7 +240,7 @@ fn position_text(position: &PositionRef) -> String {
 }
 
 /// A number with up to three decimals and at least one where the unit wants them.
-fn speed_text(speed: Speed) -> String {
+fn speed_text(speed: &Speed) -> String {
     match speed {
         Speed::Value { value, unit } => {
             let mut digits = format!("{value:.3}");
@@ -258,6 +258,7 @@ fn speed_text(speed: Speed) -> String {
         Speed::Register { number, unit } => format!("R[{number}]{}", unit.symbol()),
         Speed::Weld => "WELD_SPEED".to_owned(),
         Speed::Maximum => "max_speed".to_owned(),
+        Speed::Other(words) => words.clone(),
     }
 }
 
@@ -277,7 +278,7 @@ fn motion_text(m: &MotionInstruction) -> String {
         Termination::Blend(distance) => format!("CD{distance:.0}"),
         Termination::Other(word) => word.clone(),
     };
-    for word in [speed_text(m.speed), termination] {
+    for word in [speed_text(&m.speed), termination] {
         text += " ";
         text += &word;
     }

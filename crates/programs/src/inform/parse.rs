@@ -152,13 +152,8 @@ impl Reader<'_> {
         let target = self.place(&entry);
         self.last = Some((entry, round));
         self.out.push(Instruction::Motion(MotionInstruction {
-            kind,
-            target,
-            speed: line.speed,
-            termination: line.termination,
-            arc: None,
             extra: line.extra,
-            acceleration: None,
+            ..MotionInstruction::plain(kind, target, line.speed, line.termination)
         }));
     }
 

@@ -258,7 +258,7 @@ impl Writer<'_> {
         } else {
             self.words.unit()
         };
-        match (motion.speed, motion.speed.given_in(unit)) {
+        match (&motion.speed, motion.speed.given_in(unit)) {
             (Speed::Weld, _) => Ok(String::new()),
             (_, Some(share)) if joint && share >= 0.01 => Ok(format!(" VJ={}", fixed(share, 2))),
             (_, Some(value)) if !joint && value >= 0.1 => Ok(format!(" V={}", fixed(value, 1))),

@@ -5,20 +5,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use meltpath_toolpath::Weave;
 
 use super::arc::{Form, WeldData};
-use super::data::{coordinates, turned_round};
+use super::data::turned_round;
 use super::entries::{Entry, Listed, entry};
 use super::list::{List, capital, holds, list};
 use super::tables::{self, Tables};
 use super::variables::{Krl, constants};
 use super::words::WeaveAmplitude;
 use crate::acceleration::Acceleration;
-use crate::collected::{Collected, scaled};
+use crate::collected::Collected;
 use crate::held::Holds;
+use crate::modal::SetSpeed;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
-use crate::program::{
-    Coordinates, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef, Section, Speed,
-    Termination,
-};
+use crate::program::{Coordinates, Dialect, Instruction, Section};
 use crate::said_frames::{SetFrame, Which};
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncommented};
 use crate::unrolled::{Statement, unrolled};
@@ -111,18 +109,9 @@ pub fn read(
     Ok(parsed)
 }
 
-/// A speed that the lines before a move have set.
-#[derive(Clone, Copy, PartialEq)]
-enum Set {
-    /// mm/s.
-    Path(f64),
-    /// ArcTech's.
-    Weld,
-}
-
 /// How a move goes.
-#[derive(Clone, Copy)]
-enum Verb {
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Verb {
     Joint,
     Straight,
     Round,
@@ -132,24 +121,26 @@ pub(super) struct Routine<'a> {
     pub(super) out: Collected,
     /// Frames that it sets.
     pub(super) tables: Tables<'a>,
-    speed: Option<Set>,
-    joint_speed: Option<f64>,
-    distance: Option<f64>,
+    pub(super) speed: Option<SetSpeed>,
+    pub(super) joint_speed: Option<f64>,
+    pub(super) distance: Option<f64>,
     pub(super) frames: (Option<u32>, Option<u32>),
+    /// A program that was called may have selected others since.
+    pub(super) called: (bool, bool),
     /// Base and tool were selected by lines of their own, whatever the data of positions say.
     pub(super) direct: (bool, bool),
     /// What the robot holds, where a line says it.
-    holds: Option<Holds>,
+    pub(super) holds: Option<Holds>,
     /// What it holds at each position that is used, at its first use.
-    used: BTreeMap<String, Holds>,
+    pub(super) used: BTreeMap<String, Holds>,
     /// What ArcTech does with the next move, and the name of its weld data.
     pub(super) form: Option<(Form, String)>,
     /// Weld data that are on.
     pub(super) weld: Option<WeldData>,
     /// The weave that is on.
-    weave: Option<Weave>,
+    pub(super) weave: Option<Weave>,
     /// What the lines before say of how quickly moves gain their speed.
-    acceleration: Option<Acceleration>,
+    pub(super) acceleration: Option<Acceleration>,
 }
 
 struct Reader<'a> {
@@ -172,6 +163,7 @@ impl Reader<'_> {
                     joint_speed: None,
                     distance: None,
                     frames: (None, None),
+                    called: (false, false),
                     direct: (false, false),
                     holds: None,
                     used: BTreeMap::new(),
@@ -195,7 +187,7 @@ impl Reader<'_> {
 }
 
 /// What stands behind `name =`.
-fn assigned<'a>(line: &'a str, name: &str) -> Option<&'a str> {
+pub(super) fn assigned<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     strip_prefix(line, name)?
         .trim_start()
         .strip_prefix('=')
@@ -203,7 +195,7 @@ fn assigned<'a>(line: &'a str, name: &str) -> Option<&'a str> {
 }
 
 /// The arguments of a call of `name`.
-fn called<'a>(line: &'a str, name: &str) -> Option<Vec<&'a str>> {
+pub(super) fn called<'a>(line: &'a str, name: &str) -> Option<Vec<&'a str>> {
     let inner = strip_prefix(line, name)?
         .trim_start()
         .strip_prefix('(')?
@@ -228,11 +220,6 @@ fn coupled_base(value: &str) -> Option<(u32, u32)> {
     same.then_some((number, entry(base, "BASE_DATA")?))
 }
 
-fn metres(text: &str) -> Option<f64> {
-    let (value, rest) = number(text.trim())?;
-    (rest.trim().is_empty() && value > 0.0).then(|| scaled(value, 1000.0))
-}
-
 impl Routine<'_> {
     fn statement(&mut self, line: &str, list: &List) {
         if line.is_empty() {
@@ -252,41 +239,15 @@ impl Routine<'_> {
         }
     }
 
-    /// What a line, which is kept all the same, says of how quickly moves gain their speed.
-    fn accelerates(&mut self, line: &str) {
-        if let Some(value) = assigned(line, "$ACC.CP") {
-            self.acceleration = Some(Acceleration::metres(value, line));
-        }
-        let all = called(line, "BAS").unwrap_or_default();
-        let [which, value] = all[..] else {
-            return;
-        };
-        match capital(which).as_str() {
-            "#INITMOV" => {
-                self.acceleration = None;
-                // whether it sets the interpolation back is the controller's
-                if self.holds == Some(Holds::Part) {
-                    self.holds = None;
-                    self.out.keep("$IPO_MODE after BAS(#INITMOV,0)");
-                }
-            }
-            "#ACC_CP" => {
-                let share = number(value).map_or(0.0, |(share, _)| share);
-                self.acceleration = Acceleration::share(share, line);
-            }
-            _ => {}
-        }
-    }
-
     /// Lines that set something for the moves to come; nothing where this is none.
     fn sets(&mut self, line: &str, list: &List) -> Option<()> {
         if let Some(value) = assigned(line, "$VEL.CP") {
-            self.velocity(value);
+            self.velocity(value, list);
             return Some(());
         }
         if let Some(value) = assigned(line, "$APO.CDIS") {
             let (distance, _) = number(value)?;
-            self.distance = Some(distance);
+            self.blends(Some(distance));
             return Some(());
         }
         if let Some(value) = assigned(line, "$BASE") {
@@ -333,11 +294,7 @@ impl Routine<'_> {
         }
         if let Some(value) = assigned(line, "LDAT_ACT") {
             let name = capital(value);
-            self.distance = list.distances.get(&name).copied();
-            self.acceleration = list
-                .accelerations
-                .get(&name)
-                .and_then(|share| Acceleration::share(*share, &format!("ACC {share} of {name}")));
+            self.moves_by(&name, list);
             return Some(());
         }
         if strip_prefix(line, "TRIGGER").is_some() && line.contains("ArcMainNG(") {
@@ -355,10 +312,10 @@ impl Routine<'_> {
             return None;
         };
         match capital(which).as_str() {
-            "#CP_PARAMS" | "#VEL_CP" => self.velocity(value),
+            "#CP_PARAMS" | "#VEL_CP" => self.velocity(value, list),
             "#PTP_PARAMS" | "#VEL_PTP" => {
                 let (share, _) = number(value)?;
-                self.joint_speed = (share > 0.0).then_some(share);
+                self.joints(share);
             }
             "#BASE" => {
                 let n = self.numbered((Which::User, value.parse().ok()?));
@@ -375,18 +332,8 @@ impl Routine<'_> {
         Some(())
     }
 
-    fn velocity(&mut self, value: &str) {
-        let weld = value.eq_ignore_ascii_case("gArcBasVelDefinition");
-        self.speed = if weld {
-            Some(Set::Weld)
-        } else {
-            metres(value).map(Set::Path)
-        };
-        // a velocity that is a variable is told where it is used
-    }
-
     /// What the robot holds, as the data of a move say it.
-    fn hold(&mut self, said: Option<Holds>) {
+    pub(super) fn hold(&mut self, said: Option<Holds>) {
         let Some(said) = said else { return };
         let before = self.holds.replace(said).unwrap_or(Holds::Torch);
         if before != said {
@@ -395,7 +342,7 @@ impl Routine<'_> {
     }
 
     /// A place of the data list or of a line, as the torch in the part.
-    fn in_part(&self, place: Coordinates) -> Coordinates {
+    pub(super) fn in_part(&self, place: Coordinates) -> Coordinates {
         match self.holds {
             Some(Holds::Part) => turned_round(place),
             _ => place,
@@ -436,130 +383,7 @@ impl Routine<'_> {
             return None;
         }
         self.out.call(name, arguments);
+        self.called = (true, true);
         Some(())
-    }
-
-    /// A position in front of `text`, and what follows it.
-    fn position<'t>(&mut self, text: &'t str, list: &List) -> Option<(PositionRef, &'t str)> {
-        let text = text.trim_start();
-        if text.starts_with('{') {
-            let end = text.find('}')? + 1;
-            let place = coordinates(&text[..end])?;
-            let place = self.in_part(place);
-            return Some((self.out.place(place, (None, None)), &text[end..]));
-        }
-        let end = text
-            .find(|c: char| c.is_whitespace() || c == ',')
-            .unwrap_or(text.len());
-        let (name, rest) = text.split_at(end);
-        let variable = capital(name);
-        let frames = list.frames.get(&format!(
-            "F{}",
-            variable.strip_prefix('X').unwrap_or(&variable)
-        ));
-        // an entry that is set to several places is none that a position keeps to
-        let kept = |which, n: Option<u32>| n.filter(|n| !self.tables.is_several((which, *n)));
-        let (base, tool) = frames.copied().unwrap_or_default();
-        let frames = (
-            kept(Which::User, base.filter(|_| !self.direct.0)),
-            kept(Which::Tool, tool.filter(|_| !self.direct.1)),
-        );
-        let short = name.strip_prefix(['X', 'x']);
-        let listed = list.positions.get(&variable).cloned();
-        let listed = listed.map(|place| self.in_part(place));
-        // a place that is used with the torch on the robot and with the part on it is two
-        let now = self.holds.unwrap_or(Holds::Torch);
-        let first = *self.used.entry(variable.clone()).or_insert(now);
-        let other = |short: &&str| !list.positions.contains_key(&capital(short));
-        let mut key = short.filter(other).unwrap_or(name).to_owned();
-        if first != now {
-            key += "_HELD";
-            while list.positions.contains_key(&format!("X{}", capital(&key))) {
-                key.push('_');
-            }
-        }
-        let known = self.out.named(&key, frames, || listed);
-        Some((
-            known.unwrap_or_else(|| PositionRef::Unresolved(name.to_owned())),
-            rest,
-        ))
-    }
-
-    fn motion(&mut self, verb: Verb, text: &str, list: &List) -> Option<()> {
-        // what a spline line says behind WITH
-        let (text, with) = text
-            .split_once(" WITH ")
-            .map_or((text, None), |(t, w)| (t, Some(w)));
-        let set = with
-            .and_then(|w| w.split("SVEL_CP(").nth(1))
-            .and_then(|w| w.split([',', ')']).next());
-        if let Some(value) = set {
-            self.velocity(value.trim());
-        }
-        let mode = with.and_then(|w| w.split("SIPO_MODE(").nth(1));
-        let mode = mode.and_then(|w| w.split(['.', ')']).next());
-        self.hold(mode.and_then(|name| list.holds.get(&capital(name)).copied()));
-        let share = with
-            .and_then(|w| w.split("SVEL_JOINT(").nth(1))
-            .and_then(|w| number(w.trim_start()));
-        let (mut target, mut rest) = self.position(text, list)?;
-        let kind = match verb {
-            Verb::Joint => MotionKind::Joint,
-            Verb::Straight => MotionKind::Linear,
-            Verb::Round => {
-                let via = target;
-                (target, rest) = self.position(rest.trim_start().strip_prefix(',')?, list)?;
-                MotionKind::Circular { via }
-            }
-        };
-        let ending = rest.split_whitespace().next().or_else(|| {
-            let last = with?.rsplit(')').next()?.trim();
-            (!last.is_empty()).then_some(last)
-        });
-        let termination = match (ending.map(capital).as_deref(), self.distance) {
-            (None, _) => Termination::Fine,
-            (Some("C_DIS"), Some(distance)) if distance > 0.0 => Termination::Blend(distance),
-            (Some(word @ ("C_DIS" | "C_PTP" | "C_VEL" | "C_ORI" | "C_SPL")), _) => {
-                Termination::Other(word.to_owned())
-            }
-            // an angle, a relative or other word
-            (Some(_), _) => return None,
-        };
-        let speed = if kind == MotionKind::Joint {
-            let share = share.map(|(share, _)| share).or(self.joint_speed);
-            share.map(Speed::share)
-        } else {
-            let set = match (self.speed, &self.weld) {
-                (Some(Set::Path(speed)), _) => Some(speed),
-                (Some(Set::Weld), Some(weld)) => Some(weld.speed),
-                _ => None,
-            };
-            set.map(Speed::path)
-        };
-        let switched = self.arc(list);
-        // one that nothing sets is as fast as the weld data of nobody
-        let speed = speed.unwrap_or(Speed::Weld);
-        self.out.push(Instruction::Motion(MotionInstruction {
-            arc: switched.at_end,
-            acceleration: self.acceleration.clone(),
-            ..MotionInstruction::plain(kind, target, speed, termination)
-        }));
-        self.out.unsaid(switched.unsaid);
-        let stands = (switched.stands > 0.0).then_some(Instruction::Wait(switched.stands));
-        for more in stands.into_iter().chain(switched.last) {
-            self.out.push(more);
-        }
-        self.swing();
-        Some(())
-    }
-
-    /// The weave of the weld data that are on holds for the moves to come.
-    fn swing(&mut self) {
-        let weave = self.weld.as_ref().and_then(|weld| weld.weave.as_ref());
-        let weave = weave.and_then(|weave| weave.as_ref().ok()).copied();
-        if weave != self.weave {
-            self.weave = weave;
-            self.out.push(Instruction::Weave(weave));
-        }
     }
 }

@@ -83,14 +83,16 @@ impl Routine<'_> {
     }
 
     pub(super) fn tool(&mut self, n: u32) {
-        if self.frames.1 != Some(n) {
+        if self.frames.1 != Some(n) || self.called.1 {
+            self.called.1 = false;
             self.frames.1 = Some(n);
             self.out.push(Instruction::ToolFrame(n));
         }
     }
 
     pub(super) fn frame(&mut self, n: u32) {
-        if self.frames.0 != Some(n) {
+        if self.frames.0 != Some(n) || self.called.0 {
+            self.called.0 = false;
             self.frames.0 = Some(n);
             self.out.push(Instruction::UserFrame(n));
         }

@@ -304,10 +304,10 @@ impl Writer<'_> {
             )));
         }
         let next = self.out.coming().iter().find_map(|i| match i {
-            Instruction::Motion(m) => Some(m.speed),
+            Instruction::Motion(m) => Some(&m.speed),
             _ => None,
         });
-        let Some(Speed::Value { value: speed, .. }) = next else {
+        let Some(&Speed::Value { value: speed, .. }) = next else {
             return Err(self.out.no_words(GOES_ON));
         };
         let set = WeldData {

@@ -296,6 +296,12 @@ pub(super) fn speed(value: &Value) -> Option<f64> {
     (speed > 0.0).then_some(speed)
 }
 
+/// How fast a `speeddata` lets the tool turn, °/s.
+pub(super) fn turns(value: &Value) -> Option<f64> {
+    let limit = value.list()?.get(1)?.number()?;
+    (limit > 0.0).then_some(limit)
+}
+
 /// The distance of a zone, mm; 0 for one that stops.
 pub(super) fn zone(value: &Value) -> Option<f64> {
     match value {

@@ -18,6 +18,8 @@ use crate::scan::{arguments, finite, identifier, strip_word, tidy};
 pub(super) struct Declared {
     pub(super) targets: BTreeMap<String, Coordinates>,
     pub(super) speeds: BTreeMap<String, f64>,
+    /// How fast these let the tool turn, °/s.
+    pub(super) turns: BTreeMap<String, f64>,
     pub(super) zones: BTreeMap<String, f64>,
     pub(super) welds: BTreeMap<String, WeldData>,
     pub(super) seams: BTreeMap<String, SeamData>,
@@ -92,7 +94,10 @@ pub(super) fn declared(known: &mut Declared, s: &Statement, values: usize) -> Op
     let read = match kind.to_ascii_lowercase().as_str() {
         "robtarget" => put(&mut known.targets, name, value.and_then(data::target)),
         "jointtarget" => put(&mut known.targets, name, value.and_then(data::joints)),
-        "speeddata" => put(&mut known.speeds, name, value.and_then(data::speed)),
+        "speeddata" => {
+            put(&mut known.turns, name.clone(), value.and_then(data::turns));
+            put(&mut known.speeds, name, value.and_then(data::speed))
+        }
         "zonedata" => put(&mut known.zones, name, value.and_then(data::zone)),
         "welddata" => {
             let weld = value.and_then(|v| data::weld(v, values));

@@ -217,6 +217,16 @@ fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
     })
 }
 
+/// The speed of a move, mm/s, where it is known; else what its words leave: weld data of the controller where it lays metal by such.
+fn speed_of(known: Option<f64>, (path, lays): (Path, bool), words: &str) -> Speed {
+    match known {
+        Some(value) => Speed::path(value),
+        None if path == Path::Joint => Speed::Maximum,
+        None if lays => Speed::Weld,
+        None => Speed::Other(tidy(words)),
+    }
+}
+
 impl Routine {
     fn statement(&mut self, text: &str, known: &Declared) {
         if let Some(comment) = text.strip_prefix('!') {
@@ -433,18 +443,17 @@ impl Routine {
                 speed: f64::NAN,
             })
         });
+        // along a bead it holds, too: weld data tell the speed of the tip alone
+        let turns = listed(speed, &known.turns, data::turns);
         // the weld data of a move hold until its end
-        let speed = match (&laid, stage) {
+        let along = match (&laid, stage) {
             (Some(weld), Some(Stage::Goes | Stage::End)) => {
                 Some(weld.speed).filter(|s| s.is_finite())
             }
             _ => driven,
         };
-        let speed = match speed {
-            Some(value) => Speed::path(value),
-            None if path == Path::Joint => Speed::Maximum,
-            None => Speed::Weld,
-        };
+        let lays = laid.is_some() && stage != Some(Stage::Start);
+        let speed = speed_of(along, (path, lays), speed);
         let termination = match listed(zone, &known.zones, data::zone) {
             Some(distance) if distance > 0.0 => Termination::Blend(distance),
             Some(_) => Termination::Fine,
@@ -459,11 +468,13 @@ impl Routine {
         }
         let arc = self.arc(stage, laid);
         let phases = self.phases((stage, seam), arc, known);
-        self.out.push(Instruction::Motion(MotionInstruction {
+        let mut motion = MotionInstruction {
             arc: phases.at_end,
             extra,
             ..MotionInstruction::plain(kind, target, speed, termination)
-        }));
+        };
+        motion.turns_at_most(turns);
+        self.out.push(Instruction::Motion(motion));
         self.out.unsaid(phases.unsaid);
         phases.more.into_iter().for_each(|more| self.out.push(more));
         if stage == Some(Stage::End) {

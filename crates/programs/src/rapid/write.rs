@@ -231,8 +231,8 @@ impl Writer<'_> {
                 return Err(self.out.no_words(ENDING));
             }
         };
-        let millimetres = match motion.speed {
-            Speed::Maximum | Speed::Weld => None,
+        let millimetres = match &motion.speed {
+            Speed::Maximum | Speed::Weld | Speed::Other(_) => None,
             given => match given.given_in(SpeedUnit::MillimetrePerSecond) {
                 Some(value) => Some(value),
                 None => return Err(self.out.no_words(UNIT)),

@@ -121,6 +121,16 @@ fn said<'a>(all: &[&'a str], name: &str, place: usize) -> Said<'a> {
     }
 }
 
+fn degrees(joints: [f64; 6]) -> [f64; 6] {
+    joints.map(|j| scaled(j.to_degrees(), 1.0))
+}
+
+/// Where the joints of `[…]` stand.
+fn joints(text: &str) -> Option<Coordinates> {
+    let all = numbers::<6>(text)?;
+    Some(Coordinates::Joint(Axis::joints(degrees(all))))
+}
+
 impl<'w> Reader<'w> {
     fn new(name: &str, words: Option<&'w ScriptWords>) -> Self {
         Reader {
@@ -186,7 +196,7 @@ impl<'w> Reader<'w> {
             if let Some(all) = called(line, name) {
                 let rest = all.get(1..)?;
                 let time = said(rest, "t", 2);
-                let (speed, radius) = (self.speed(rest, &time)?, said(rest, "r", 3));
+                let (speed, radius) = (Self::speed(rest, &time)?, said(rest, "r", 3));
                 let target = self.target(all.first()?);
                 self.path(MotionKind::Linear, target, speed, &radius);
                 self.accelerates(rest, &time);
@@ -198,7 +208,7 @@ impl<'w> Reader<'w> {
         }
         if let Some(all) = called(line, "movec") {
             let rest = all.get(2..)?;
-            let (speed, radius) = (self.speed(rest, &Said::No)?, said(rest, "r", 2));
+            let (speed, radius) = (Self::speed(rest, &Said::No)?, said(rest, "r", 2));
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
             self.path(MotionKind::Circular { via }, target, speed, &radius);
@@ -258,7 +268,10 @@ impl<'w> Reader<'w> {
                 self.frame(frame);
                 self.out.place(place, (Some(frame), Some(self.tool)))
             }
-            None => PositionRef::Unresolved(tidy(text)),
+            None => match joints(text) {
+                Some(place) => self.out.place(place, (Some(self.frame), Some(self.tool))),
+                None => PositionRef::Unresolved(tidy(text)),
+            },
         }
     }
 
@@ -285,7 +298,7 @@ impl<'w> Reader<'w> {
     }
 
     /// The speed of a move along a path, or its time, which goes before; nothing where a bead's is none that is known.
-    fn speed(&self, rest: &[&str], time: &Said<'_>) -> Option<Speed> {
+    fn speed(rest: &[&str], time: &Said<'_>) -> Option<Speed> {
         match *time {
             Said::No | Said::Number(0.0) => {}
             Said::Number(value) if value > 0.0 => {
@@ -299,8 +312,8 @@ impl<'w> Reader<'w> {
         match said(rest, "v", 1) {
             Said::No => Some(Speed::path(scaled(USUAL_SPEED, 1000.0))),
             Said::Number(v) if v > 0.0 => Some(Speed::path(scaled(v, 1000.0))),
-            // a travel's is told where it is used
-            Said::Number(_) | Said::Other(_) => self.arc.is_none().then_some(Speed::Weld),
+            Said::Number(v) => Some(Speed::Other(format!("v={v}"))),
+            Said::Other(text) => Some(Speed::Other(format!("v={text}"))),
         }
     }
 
@@ -331,7 +344,6 @@ impl<'w> Reader<'w> {
 
     fn joint(&mut self, all: &[&str]) -> Option<()> {
         let to = *all.first()?;
-        let degrees = |joints: [f64; 6]| joints.map(|j| scaled(j.to_degrees(), 1.0));
         let place = if let Some(inner) = called(to, "get_inverse_kin") {
             let [pose, near] = inner[..] else { return None };
             let (mut place, frame) = self.pose(pose)?;
@@ -340,8 +352,8 @@ impl<'w> Reader<'w> {
                 *config = degrees(numbers(near)?).map(|j| j.to_string()).join(",");
             }
             place
-        } else if let Some(joints) = numbers::<6>(to) {
-            Coordinates::Joint(Axis::joints(degrees(joints)))
+        } else if let Some(joints) = joints(to) {
+            joints
         } else {
             let (place, frame) = self.pose(to)?;
             self.frame(frame);

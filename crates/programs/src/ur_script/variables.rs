@@ -124,13 +124,20 @@ impl Language for Script<'_> {
 }
 
 impl Script<'_> {
-    /// Whether a line sets what lines of the arc set.
+    /// Whether a line sets what lines of the arc set, or calls what they call: that sets no variable here.
     fn is_arc(&self, text: &str) -> bool {
         let Some(words) = self.0 else { return false };
-        let name = text.split('=').next().unwrap_or_default().trim();
+        // a variable that is set, or a function that is called
+        let name = |line: &str| {
+            line.split(['=', '('])
+                .next()
+                .unwrap_or_default()
+                .trim()
+                .to_owned()
+        };
         let lines = words.arc_start.iter().chain(words.arc_end.iter());
-        let mut own = lines.map(|line| line.split('=').next().unwrap_or_default().trim());
-        own.any(|own| own == name)
+        let mut own = lines.map(|line| name(line));
+        own.any(|own| own == name(text))
     }
 }
 

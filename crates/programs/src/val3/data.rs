@@ -34,6 +34,8 @@ pub(super) struct Descriptor {
     pub(super) share: f64,
     /// Speed along the path, mm/s.
     pub(super) speed: f64,
+    /// How fast the tool turns at the most, °/s, where it says so.
+    pub(super) turns: Option<f64>,
     /// Share of the usual acceleration and deceleration, the lesser, %.
     pub(super) acceleration: f64,
     pub(super) termination: Termination,
@@ -182,6 +184,10 @@ impl Data {
         Some(Descriptor {
             share: number("vel", 100.0)?,
             speed: number("tmax", 99_999.0)?,
+            turns: match said.get("rmax") {
+                Some(text) => Some(finite(text)?).filter(|limit| *limit > 0.0),
+                None => None,
+            },
             acceleration: number("accel", 100.0)?.min(number("decel", 100.0)?),
             termination,
         })

@@ -197,6 +197,7 @@ impl Reader<'_> {
         let Descriptor {
             share,
             speed,
+            turns,
             acceleration,
             termination,
         } = self.data.descriptor(how)?;
@@ -213,6 +214,7 @@ impl Reader<'_> {
         self.out
             .push_move(kind, target, Speed::path(speed), termination);
         if let Some(motion) = self.out.last_move() {
+            motion.turns_at_most(turns);
             if share < SLOW {
                 motion.extra.push(format!("{JOINTS_AT}{share}"));
             }

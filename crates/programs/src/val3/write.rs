@@ -208,6 +208,7 @@ impl Writer<'_> {
             acceleration: 100.0,
             share,
             speed,
+            turns: None,
             termination,
         };
         let verb = match &motion.kind {

@@ -363,7 +363,7 @@ fn what_a_dialect_has_no_words_for_is_told() {
                 && m.kind == meltpath_programs::program::MotionKind::Joint
             {
                 m.speed = match dialect {
-                    Dialect::Krl => m.speed,
+                    Dialect::Krl => m.speed.clone(),
                     _ => Speed::Maximum,
                 };
             }

@@ -17,6 +17,7 @@ mod others;
 mod phases;
 mod silence;
 mod source;
+mod state;
 mod told;
 mod toolpath_3mf;
 mod toolpath_3mf_of_others;

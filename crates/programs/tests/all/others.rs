@@ -217,12 +217,12 @@ end
     let burning: Vec<_> = moves.iter().filter(|m| m.burns).collect();
     let speeds: Vec<_> = burning.iter().map(|m| m.speed).collect();
     // the script manual's 0.25 m/s where none is said
-    // 200 mm in the 4 s that stand in the place of a speed
-    let known = [50.0, 20.0, 250.0, 50.0, 50.0].map(Some);
+    // 10 mm/s for one that is not known; 100 mm in the 4 s that stand in the place of a speed
+    let known = [50.0, 20.0, 250.0, 10.0, 25.0, 50.0].map(Some);
     assert_eq!(speeds, known);
     let gaps = &read.gaps;
     for (line, told) in [
-        (8, "is not an instruction that is known"),
+        (8, "the speed v=slow"),
         (9, "t=4"),
         (15, "with tool frame 2"),
     ] {

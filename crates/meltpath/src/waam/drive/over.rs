@@ -144,7 +144,7 @@ pub(in crate::waam) fn write(
         let Some(place) = line(at) else { continue };
         if let Some(motion) = motion(programs, place) {
             motion.kind = MotionKind::Joint;
-            motion.speed = example.speed;
+            motion.speed.clone_from(&example.speed);
             motion.termination = example.termination.clone();
             motion.extra.clear();
         }

@@ -32,15 +32,17 @@ pub(crate) fn main_of(path: &Path, cell: &CellProgramming) -> Result<PathBuf, Pr
     for file in &files {
         programs.push(parse_file(file, cell)?);
     }
-    let called: Vec<&str> = programs
-        .iter()
-        .flatten()
-        .flat_map(|p| calls(&p.program))
-        .collect();
-    let is_called = |p: &Parsed| {
-        called
-            .iter()
-            .any(|name| p.program.name.eq_ignore_ascii_case(name))
+    let calls_of = |file: &[Parsed], program: &Parsed| {
+        let mut all = file.iter().flat_map(|p| calls(&p.program));
+        all.any(|name| program.program.name.eq_ignore_ascii_case(name))
+    };
+    // what a file's own routines call of its others, its first apart, makes no other program of it
+    let is_called = |i: usize| {
+        let own: &[Parsed] = &programs[i];
+        let others = programs.iter().enumerate().filter(|(j, _)| *j != i);
+        let mut others = others.flat_map(|(_, file)| own.iter().map(move |p| (file, p)));
+        own.first().is_some_and(|first| calls_of(own, first))
+            || others.any(|(file, program)| calls_of(file, program))
     };
     let acts = |p: &Parsed| {
         let mut all = p.program.instructions.iter();
@@ -48,7 +50,7 @@ pub(crate) fn main_of(path: &Path, cell: &CellProgramming) -> Result<PathBuf, Pr
     };
     // one that neither moves nor calls, such as what runs at a stop, is nobody's main
     let mains: Vec<usize> = (0..files.len())
-        .filter(|&i| !programs[i].iter().any(is_called))
+        .filter(|&i| !is_called(i))
         .filter(|&i| files.len() == 1 || programs[i].iter().any(acts))
         .collect();
     match mains[..] {

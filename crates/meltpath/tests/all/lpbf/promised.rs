@@ -113,9 +113,10 @@ fn a_badly_filled_layer_fails_whatever_the_others() {
     let told = verdict(dir.path(), &job("a.cli", &tables(5)));
     let fill = check(&told, "fill-1");
     assert_eq!(fill.status, Status::Fail, "{fill:?}");
-    // the spot of 50 µm covers half of what lies 0.1 mm apart
+    // the spot of 50 µm covers half of what lies 0.1 mm apart, a rim of 0.05 mm between lines and contour is half bare, too, and behind
+    // the last line 0.1 mm more
     let value = fill.value.as_ref().unwrap().value;
-    assert!((value - 50.0).abs() < 3.0, "{value}");
+    assert!((value - 46.0).abs() < 3.0, "{value}");
     assert_eq!(fill.place.as_ref().unwrap().layer, Some(1));
 
     let hidden = [Some(0.05), Some(0.05), Some(0.05), Some(0.1), Some(0.05)];
@@ -136,7 +137,8 @@ fn a_badly_filled_layer_fails_whatever_the_others() {
     assert_eq!(check(&told, "contour-1").status, Status::Pass);
 }
 
-/// The same lines anywhere under the head have the same fill rate, which is no more than the spot's width over their distance.
+/// The same lines anywhere under the head have the same fill rate, which is no more than the spot's width over their distance, and less by
+/// what lies bare between them and their contour.
 #[test]
 fn the_fill_rate_does_not_depend_on_where_lines_lie() {
     let dir = folder();
@@ -151,7 +153,7 @@ fn the_fill_rate_does_not_depend_on_where_lines_lie() {
         found.push(fill.value.as_ref().unwrap().value);
     }
     let [low, high] = [f64::min, f64::max].map(|f| found.iter().copied().reduce(f).unwrap());
-    assert!(high - low < 0.3 && high < 67.5 && low > 64.0, "{found:?}");
+    assert!(high - low < 0.3 && high < 64.0 && low > 57.0, "{found:?}");
 }
 
 const SQUARE: &str = "kind,x_mm,y_mm,speed_mm_s,power_W,wait_s,layer,height_mm\nstart,0,0,,,,1,0.03\n\

@@ -156,7 +156,7 @@ fn a_wall_narrower_than_the_spacing_is_one_line() {
     let far = wide.replace("0.5 mm", "3 mm");
     let out = run(dir.path(), "far", &job("plate.stl", &far));
     assert!(told_of_contours(&out));
-    // a ring so thin that contours take it whole: no line is left to judge the fill by
+    // a ring so thin that contours take it whole: they fill it as lines would
     let ring = shapes::extrude(&[shapes::ring(3.0, 2.7, 96)], 2.0);
     write(dir.path(), "thin.stl", &ring);
     let two = "[hatch]\nspacing = \"0.15 mm\"\ncontours = 2\n[checks]\nfill_rate = \"50 %\"";
@@ -164,7 +164,9 @@ fn a_wall_narrower_than_the_spacing_is_one_line() {
     let verdict = fs::read_to_string(out.join("verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
     let checks = verdict["checks"].as_array().unwrap();
-    assert!(checks.iter().all(|c| c["id"] != "fill-1"));
+    let fill = checks.iter().find(|c| c["id"] == "fill-1").unwrap();
+    let rate = fill["value"]["value"].as_f64().unwrap();
+    assert!((20.0..90.0).contains(&rate), "{rate}");
 }
 
 /// Part, what the job says more, how the line begins that is to blame, and words of the refusal.
