@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use crate::support::{refusal, says};
 use meltpath::chain::{self, RunError};
 use meltpath::outcome::RunFolder::At;
-use meltpath_base::{Observer, Silent, Status, Verdict};
+use meltpath_base::{Check, Observer, Silent, Status, Verdict};
 
 use super::{path, verdict_of};
 
