@@ -122,7 +122,7 @@ pub(in crate::waam) fn against_part(
         side: settings.allowance,
         top: over,
     };
-    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
+    let target = Target::new(part, allowance, metal, reporter, observer)?;
     let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
     Ok(TargetOutcome {
         volume: target.volume,
