@@ -300,6 +300,19 @@ fn machined(mut points: Vec<SurfacePoint>, least: f64) -> Vec<SurfacePoint> {
     points
 }
 
+/// The height of the metal round a place, mm: over half of the cells with metal within `radius` it is higher.
+pub fn metal_round(map: &HeightMap, at: DVec2, radius: f64) -> Option<f64> {
+    let (columns, rows) = map.cells_within(at - radius, at + radius);
+    let near = rows.flat_map(|iy| columns.clone().map(move |ix| (ix, iy)));
+    let mut heights: Vec<f64> = near
+        .filter(|(ix, iy)| map.centre(*ix, *iy).distance(at) <= radius)
+        .map(|(ix, iy)| map.z[map.index(ix, iy)])
+        .filter(|z| *z > map.base)
+        .collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    heights.get(heights.len() / 2).copied()
+}
+
 /// The mean and the spread of heights over the cells of a mask.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerTop {
@@ -472,6 +485,18 @@ mod tests {
         let whole = open.clone();
         open.triangles.retain(|t| !lid(t, &whole));
         assert!((volume(&open) - one).abs() < 1e-6 * one);
+    }
+
+    /// Half of what has metal stands higher; the bare plate beside it does not count.
+    #[test]
+    fn metal_stands_round_a_well() {
+        let (mut map, _) = block(14.0);
+        let well = DVec2::new(2.0, 10.0);
+        let (ix, iy) = map.cell_at(well).unwrap();
+        let cell = map.index(ix, iy);
+        map.z[cell] = 9.0;
+        assert_eq!(metal_round(&map, well, 6.0), Some(14.0));
+        assert_eq!(metal_round(&map, DVec2::splat(-9.0), 2.0), None);
     }
 
     #[test]
