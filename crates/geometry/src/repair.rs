@@ -1,5 +1,6 @@
 //! Repair of meshes: weld, drop, turn, fill; every action is told.
 
+mod duplicates;
 mod holes;
 
 use std::{collections::HashSet, fmt};
@@ -11,7 +12,7 @@ use meltpath_base::{Cancelled, Observer, Reporter};
 use crate::{
     Mesh,
     bvh::Bvh,
-    diagnosis::{duplicates, majorities, measure, parents},
+    diagnosis::{majorities, measure, parents},
     math::DVec3,
     topology::{NO_SHELL, edges, half_edges, is_degenerate, rims, shells},
     weld::{drop_unused_vertices, weld},
@@ -57,7 +58,7 @@ pub enum RepairAction {
         /// How many.
         triangles: u64,
     },
-    /// Dropped triangles that repeat another; pairs of opposite sense (walls of no thickness) went both.
+    /// Dropped triangles that repeat another and close nothing; pairs of opposite sense (walls of no thickness) went both.
     DroppedDuplicates {
         /// How many.
         triangles: u64,
@@ -154,7 +155,7 @@ impl RepairAction {
 /// In this order: weld where edges are loose, drop degenerate and duplicate triangles, turn triangles to agree
 /// within each shell, fill small holes, drop stray shells, turn shells that are inside out (outer ones by their
 /// volume; what lies inside turns with the shell around it). A solid inside another and intersections are left as
-/// they are: slicing takes their union. Each action is also a warning (`mesh-repaired`).
+/// they are, and so are triangles that solids share, each of them with vertices of its own: slicing takes their union. Each action is also a warning (`mesh-repaired`).
 ///
 /// Vertices must be finite (a mesh with others is left alone) and indices valid.
 ///
@@ -227,45 +228,10 @@ fn drop_degenerate(mesh: &mut Mesh, actions: &mut Vec<RepairAction>) {
     }
 }
 
-/// Whether two triangles on the same vertices run the same way around.
-fn same_sense(a: [u32; 3], b: [u32; 3]) -> bool {
-    (0..3).any(|k| [b[k], b[(k + 1) % 3], b[(k + 2) % 3]] == a)
-}
-
 fn drop_duplicates(mesh: &mut Mesh, actions: &mut Vec<RepairAction>) {
-    let mut dropped = vec![false; mesh.triangles.len()];
-    for group in duplicates(mesh) {
-        // what counts is the surplus of one sense: one triangle stays, or none
-        let first = mesh.triangles[group[0] as usize];
-        let (same, other): (Vec<u32>, Vec<u32>) = group
-            .iter()
-            .partition(|&&t| same_sense(first, mesh.triangles[t as usize]));
-        for &t in &group {
-            dropped[t as usize] = true;
-        }
-        let kept = match same.len().cmp(&other.len()) {
-            std::cmp::Ordering::Greater => same.first(),
-            std::cmp::Ordering::Less => other.first(),
-            std::cmp::Ordering::Equal => None,
-        };
-        if let Some(&t) = kept {
-            dropped[t as usize] = false;
-        }
+    if let Some((triangles, place)) = duplicates::settle(mesh) {
+        actions.push(RepairAction::DroppedDuplicates { triangles, place });
     }
-    let Some(first) = dropped.iter().position(|&d| d) else {
-        return;
-    };
-    let place = middle(mesh, first);
-    let mut t = 0;
-    let before = mesh.triangles.len();
-    mesh.triangles.retain(|_| {
-        t += 1;
-        !dropped[t - 1]
-    });
-    actions.push(RepairAction::DroppedDuplicates {
-        triangles: (before - mesh.triangles.len()) as u64,
-        place,
-    });
 }
 
 fn turn_triangles(mesh: &mut Mesh, actions: &mut Vec<RepairAction>) {

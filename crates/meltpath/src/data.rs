@@ -160,7 +160,7 @@ impl DataText {
     ) -> Result<Self, DataFileError> {
         if is_file(name) {
             let path = folder.join(name);
-            let text = std::fs::read_to_string(&path).map_err(|source| DataFileError::Io {
+            let text = crate::text_file::read(&path).map_err(|source| DataFileError::Io {
                 what,
                 path: path.clone(),
                 source,

@@ -102,13 +102,15 @@ fn inspect_part(
         loaded => loaded?,
     };
     let size = part.mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
+    let volume = match part.loose_edges {
+        0 => format!("volume {:.2} cm³", part.volume / 1000.0),
+        loose => format!(
+            "volume not known: the mesh is open ({loose} loose edges); close it in CAD and export it as one solid"
+        ),
+    };
     let mut lines = vec![format!(
-        "{}: {:.2} x {:.2} x {:.2} mm, volume {:.2} cm³",
-        part.name,
-        size.x,
-        size.y,
-        size.z,
-        part.volume / 1000.0
+        "{}: {:.2} x {:.2} x {:.2} mm, {volume}",
+        part.name, size.x, size.y, size.z,
     )];
     lines.extend(part.findings);
     lines.extend(faces);

@@ -231,7 +231,7 @@ pub fn text_of(path: &Path) -> Result<String, JobError> {
             "{size} bytes are too many for a job file; is it the part?"
         ))));
     }
-    std::fs::read_to_string(path).map_err(io)
+    crate::text_file::read(path).map_err(io)
 }
 
 /// Reads a job file: the job and its text.

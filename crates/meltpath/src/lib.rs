@@ -24,6 +24,7 @@ pub mod records;
 pub mod reference;
 pub mod stages;
 pub mod start;
+mod text_file;
 pub mod tune;
 pub mod views;
 pub mod waam;

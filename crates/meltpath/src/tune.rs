@@ -30,7 +30,7 @@ use settings::Settings;
 /// # Errors
 /// [`TuneError`]; nothing is written then.
 pub fn tune(path: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Outcome, TuneError> {
-    let text = std::fs::read_to_string(path).map_err(|source| JobError::Io {
+    let text = crate::text_file::read(path).map_err(|source| JobError::Io {
         path: path.to_path_buf(),
         source,
     })?;

@@ -100,7 +100,10 @@ impl Reader {
         let found = match node.get_ref() {
             DeValue::String(_) => "a text",
             DeValue::Integer(_) => "a whole number",
-            DeValue::Float(_) => "a number with a point",
+            DeValue::Float(n) if n.as_str().parse::<f64>().is_ok_and(f64::is_finite) => {
+                "a number with a point"
+            }
+            DeValue::Float(n) => &format!("{}, which is no value", n.as_str()),
             DeValue::Boolean(_) => "true or false",
             DeValue::Datetime(_) => "a date",
             DeValue::Array(_) => "a list",
@@ -558,6 +561,20 @@ mod tests {
             ]
         );
         assert_eq!(rounded(&0.1_f32.into()), "0.1");
+    }
+
+    /// Where a whole number belongs, one with a point and NaN are told apart.
+    #[test]
+    fn what_has_no_value_is_told_as_it_is_written() {
+        for (written, said) in [
+            ("nan", "what is written is nan, which is no value"),
+            ("-inf", "what is written is -inf, which is no value"),
+            ("1.5", "a number with a point"),
+        ] {
+            let problems = read::<Job>(&format!("[judge]\nplanes = {written}\n")).problems;
+            let all: Vec<String> = problems.iter().map(|p| p.message.clone()).collect();
+            assert!(all.iter().any(|m| m.contains(said)), "{all:?}");
+        }
     }
 
     proptest::proptest! {

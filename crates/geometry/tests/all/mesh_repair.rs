@@ -255,6 +255,91 @@ fn solids_that_share_a_face_become_one() {
     assert!((part.volume() - 2000.0).abs() < 1e-9);
 }
 
+/// A block, and a frame of the same outline with a window: their outer faces are the same triangles.
+#[test]
+fn solids_that_share_triangles_stay_closed_each() {
+    let (block, tall) = (
+        shapes::extrude(&[shapes::plate(40.0, 20.0)], 10.0),
+        shapes::extrude(&[shapes::plate(40.0, 20.0)], 30.0),
+    );
+    let mut framed = shapes::plate(40.0, 20.0);
+    let middle = |ring: &[DVec2]| ring.iter().sum::<DVec2>() / ring.len() as f64;
+    let window = shapes::plate(20.0, 10.0).outer;
+    let by = middle(&framed.outer) - middle(&window);
+    let hole = window.iter().rev().map(|p| p + by);
+    framed.holes.push(hole.collect());
+    let frame = shapes::extrude(&[framed], 10.0);
+    let all = [&block, &frame, &tall].map(Mesh::volume);
+    for (parts, volume, dropped) in [
+        (vec![&block, &frame], all[0] + all[1], 0),
+        // one bottom
+        (vec![&block, &tall], all[0] + all[2], 0),
+        (vec![&block, &frame, &tall], all[0] + all[1] + all[2], 0),
+        // the whole block once more goes
+        (vec![&block, &frame, &block], all[0] + all[1], 12),
+    ] {
+        let mut part = parts[1..]
+            .iter()
+            .fold(parts[0].clone(), |whole, next| joined(&whole, next));
+        meltpath_geometry::weld::weld(&mut part, 0.0);
+        assert!(examine(&part).count(Defect::Duplicate) > 0);
+        // one facet twice besides, which closes nothing
+        let facet = part.triangles[0];
+        part.triangles.push(facet);
+        let actions = mend(&mut part);
+        let of = |a: &RepairAction| match a {
+            RepairAction::DroppedDuplicates { triangles, .. } => *triangles,
+            other => panic!("{other:?}"),
+        };
+        let total: u64 = actions.iter().map(of).sum();
+        assert_eq!(total, dropped + 1);
+        let found = examine(&part);
+        for defect in [
+            Defect::Duplicate,
+            Defect::LooseEdge,
+            Defect::NonManifoldEdge,
+        ] {
+            assert_eq!(found.count(defect), 0, "{:?}", found.findings);
+        }
+        assert!((part.volume() - volume).abs() < 1e-9 * volume);
+        // above the least of them there is what is there
+        let plan = SlicePlan::new(Plane::horizontal(0.0), vec![5.0]);
+        let cut = slice(&part, &plan, &Reporter::new(), &Silent).unwrap();
+        assert!((cut[0].area() - 800.0).abs() < 1e-6, "{}", cut[0].area());
+    }
+}
+
+/// A face that is there twice, once the wrong way round, is not a wall of no thickness: without it the solid is open.
+#[test]
+fn a_face_written_again_in_the_other_sense_goes_alone() {
+    let whole = cube(DVec3::ZERO, 10.0);
+    let mut part = whole.clone();
+    for t in 0..2 {
+        let [a, b, c] = part.triangles[t];
+        part.triangles.push([a, c, b]);
+    }
+    let actions = mend(&mut part);
+    assert!(
+        matches!(
+            actions[..],
+            [RepairAction::DroppedDuplicates { triangles: 2, .. }]
+        ),
+        "{actions:?}"
+    );
+    assert_eq!(part, whole);
+}
+
+/// Thousands of triangles at one place are many copies of one.
+#[test]
+fn many_copies_of_one_triangle_take_no_time() {
+    let whole = cube(DVec3::ZERO, 10.0);
+    let mut part = whole.clone();
+    let facet = part.triangles[3];
+    part.triangles.extend(std::iter::repeat_n(facet, 20_000));
+    mend(&mut part);
+    assert_eq!(part, whole);
+}
+
 #[test]
 fn two_cubes_that_intersect_are_told_with_places_on_the_cut() {
     let part = joined(

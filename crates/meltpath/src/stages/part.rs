@@ -23,8 +23,10 @@ pub struct Part {
     pub name: String,
     /// Its surface, mm: build direction up, lowest point on z = 0.
     pub mesh: Mesh,
-    /// Volume, mm³.
+    /// Volume, mm³: what several shells cover counts once. Of an open surface it is not known, and this is what its triangles sum up to.
     pub volume: f64,
+    /// Edges of the surface that have one triangle only: where it is open.
+    pub loose_edges: u64,
     /// What was found and repaired, in words.
     pub findings: Vec<String>,
 }
@@ -166,7 +168,11 @@ pub(super) fn read(
     } else {
         read_triangles(path, unit, reporter, observer)?
     };
-    let (findings, volume) = repair(&mut mesh, reporter, observer)?;
+    let Repaired {
+        findings,
+        volume,
+        loose_edges,
+    } = repair(&mut mesh, reporter, observer)?;
     if volume <= 0.0 || volume.is_nan() {
         return Err(PartError::Empty {
             path: path.to_path_buf(),
@@ -178,6 +184,7 @@ pub(super) fn read(
         name: name_of(path),
         mesh,
         volume,
+        loose_edges,
         findings,
     })
 }
@@ -301,21 +308,35 @@ pub(super) fn meshed(
     })
 }
 
-/// Repairs the mesh, looks at what is left, and says both in words; with the volume of what is left, mm³.
+/// What is left of a mesh after its repair.
+struct Repaired {
+    /// In words, with what was done.
+    findings: Vec<String>,
+    /// Its volume, mm³.
+    volume: f64,
+    /// Edges with one triangle only.
+    loose_edges: u64,
+}
+
+/// Repairs the mesh, looks at what is left, and says both in words.
 fn repair(
     mesh: &mut Mesh,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<(Vec<String>, f64), PartError> {
+) -> Result<Repaired, PartError> {
     let actions = repair_mesh(mesh, &RepairOptions::default(), reporter, observer)?;
     let diagnosis = diagnose(mesh, &DiagnosisOptions::default(), observer)?;
     diagnosis.warn(reporter);
+    let loose_edges = diagnosis.count(Defect::LooseEdge);
     let mut findings = vec![format!(
-        "{} triangles, {} shells, area {:.1} mm², volume {:.1} mm³",
+        "{} triangles, {} shells, area {:.1} mm², {}",
         diagnosis.triangles,
         diagnosis.shells.len(),
         diagnosis.area,
-        diagnosis.volume
+        match loose_edges {
+            0 => format!("volume {:.1} mm³", diagnosis.volume),
+            _ => "volume not known".to_owned(),
+        }
     )];
     findings.extend(actions.iter().map(|a| format!("repaired: {a}")));
     findings.extend(
@@ -325,7 +346,8 @@ fn repair(
             .map(|f| format!("found: {} {}", f.count, f.defect)),
     );
     let mut volume = diagnosis.volume;
-    if diagnosis.shells.len() > 1 || diagnosis.count(Defect::Intersection) > 0 {
+    let may_overlap = diagnosis.shells.len() > 1 || diagnosis.count(Defect::Intersection) > 0;
+    if loose_edges == 0 && may_overlap {
         let union = union_volume(mesh);
         // what the columns cannot tell from the sum of the shells is that sum
         if (union.volume - volume).abs() > SURE * union.sigma {
@@ -336,7 +358,11 @@ fn repair(
             volume = union.volume;
         }
     }
-    Ok((findings, volume))
+    Ok(Repaired {
+        findings,
+        volume,
+        loose_edges,
+    })
 }
 
 /// Beyond so many standard uncertainties the volume of a union is another than the sum of its shells.
@@ -423,6 +449,27 @@ mod tests {
         assert!((part.volume - 22_000.0).abs() < 100.0, "{}", part.volume);
         let told = part.findings.iter().any(|f| f.contains("counts once"));
         assert!(told, "{:?}", part.findings);
+    }
+
+    /// What an open surface encloses nobody knows.
+    #[test]
+    fn an_open_part_has_no_volume_that_is_known() {
+        let mut mesh = shapes::thin_wall(60.0, 10.0, 20.0);
+        let whole = mesh.clone();
+        let x = |v: u32| whole.vertices[v as usize].x;
+        let least = whole.bounds().unwrap().0.x;
+        mesh.triangles
+            .retain(|t| t.iter().any(|v| x(*v) > least + 1.0));
+        let (_dir, path) = stl(&mesh);
+        let part = read(&path, PartUnit::Millimetre, DVec3::Z).unwrap();
+        assert_eq!(part.loose_edges, 4);
+        assert!(part.findings[0].ends_with("volume not known"));
+        let how = crate::inspect::How {
+            unit: PartUnit::Millimetre,
+            chord: 0.02,
+        };
+        let lines = crate::inspect::inspect(&path, how, &Reporter::new(), &Silent).unwrap();
+        assert!(lines[0].contains("volume not known: the mesh is open (4 loose edges)"));
     }
 
     #[test]

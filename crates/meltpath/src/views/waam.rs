@@ -7,6 +7,7 @@ mod pictures;
 pub mod sheet;
 pub(crate) mod surface;
 
+use std::collections::BTreeMap;
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -372,7 +373,7 @@ fn layer_series(folder: &OutputFolder, layers: &[LayerOutcome]) -> Result<(), Ou
     write_csv(folder, "series/layers.csv", &columns)
 }
 
-/// One line per bead of the plan.
+/// One line per bead of the plan, numbered in the order in which they are laid, and within its layer as the verdict counts.
 ///
 /// # Errors
 /// [`OutputError`].
@@ -380,6 +381,7 @@ pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), Ou
     let columns = [
         ("pass", "", Kind::Integer),
         ("layer", "", Kind::Integer),
+        ("bead", "", Kind::Integer),
         ("role", "", Kind::Text),
         ("length", "mm", Kind::Float),
         ("moves", "", Kind::Integer),
@@ -393,12 +395,15 @@ pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), Ou
     folder.write("series/passes.csv", |out| {
         let mut write = || -> Result<(), SeriesError> {
             let mut csv = CsvWriter::new(out, columns.to_vec())?;
-            for p in toolpath.passes() {
+            let mut of_layer = BTreeMap::<u32, i64>::new();
+            for (p, number) in toolpath.passes().zip(1..) {
                 let start = p.points[0];
+                let bead = of_layer.entry(p.layer).or_default();
+                *bead += i64::from(p.head.role.deposits());
                 csv.block(&[
-                    // as layers and beads are counted, and passes on surfaces
-                    Values::Integer(&[i64::from(p.head.id.0) + 1]),
+                    Values::Integer(&[number]),
                     Values::Integer(&[i64::from(p.layer)]),
+                    Values::Integer(&[*bead]),
                     Values::Text(&[format!("{:?}", p.head.role).to_lowercase()]),
                     Values::Float(&[p.length()]),
                     Values::Integer(&[count(p.move_count())]),
@@ -412,4 +417,45 @@ pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), Ou
         };
         write().map_err(io::Error::other)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_geometry::math::DVec3;
+    use meltpath_toolpath::{Layer, PassHead, PassId};
+
+    use super::*;
+
+    /// Whatever a plan calls its passes by, people count them from one.
+    #[test]
+    fn passes_and_beads_are_counted_from_one() {
+        let layer = |number: u32, beads: u32| {
+            let mut layer = Layer::new(number, 0.0);
+            for i in 0..beads {
+                let head = PassHead {
+                    id: PassId(number << 14 | i),
+                    ..PassHead::default()
+                };
+                layer.polyline(head, [DVec3::ZERO, DVec3::X]);
+            }
+            layer
+        };
+        let toolpath = Toolpath {
+            layers: vec![layer(1, 2), layer(2, 2)],
+            ..Toolpath::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let out = OutputFolder::create(&folder.path().join("run")).unwrap();
+        write_passes(&out, &toolpath).unwrap();
+        let out = out.commit().unwrap();
+        let text = std::fs::read_to_string(out.join("series/passes.csv")).unwrap();
+        let rows: Vec<String> = text
+            .lines()
+            .map(|row| row.split(',').take(3).collect::<Vec<_>>().join(","))
+            .collect();
+        assert_eq!(
+            rows,
+            ["pass,layer,bead", "1,1,1", "2,1,2", "3,2,1", "4,2,2"]
+        );
+    }
 }

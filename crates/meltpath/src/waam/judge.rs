@@ -134,6 +134,8 @@ pub struct TargetOutcome {
     pub high: Comparison,
     /// Standard uncertainty of where metal ends sideways, mm.
     pub edge: f64,
+    /// How far most of the metal round the place of the least stock over faces that look up stands above the face, mm.
+    pub round: Option<f64>,
 }
 
 /// What to do about checks that fail, where it depends on what the job already says.
@@ -228,11 +230,14 @@ fn stock_check(outcome: &TargetOutcome, limits: &Limits) -> Option<Check> {
     let (at, stock) = worst::worst(places, limit)?;
     let title = "machining stock over the finished part";
     let check = Check::judge("stock", title, stock, limit).at(Place::at(at.position.to_array()));
-    Some(check.remedy(if at.looks_up() {
-        "raise target.allowance_top"
-    } else {
-        "raise target.allowance"
-    }))
+    let well = outcome.round.filter(|round| *round >= limits.stock_min);
+    Some(match well {
+        Some(round) if at.looks_up() => check.remedy(format!(
+            "another fill.strategy, or a smaller fill.stepover: the metal round this place stands {round:.1} mm over the face, and a well between beads stays one however many layers come (target.allowance_top does not fill it)"
+        )),
+        _ if at.looks_up() => check.remedy("raise target.allowance_top"),
+        _ => check.remedy("raise target.allowance"),
+    })
 }
 
 /// Checks of layers: height, flatness, accumulations.
@@ -402,6 +407,7 @@ mod tests {
             low: with(30.0),
             high: with(0.0),
             edge: 0.0,
+            round: None,
         };
         let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
         assert_eq!(checks[0].status, Status::CannotSay);
@@ -426,6 +432,7 @@ mod tests {
                 low: compared(0.7),
                 high: compared(0.9),
                 edge,
+                round: None,
             };
             let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
             checks.into_iter().find(|c| c.id == "stock").unwrap()
@@ -439,9 +446,14 @@ mod tests {
 
     #[test]
     fn stock_is_raised_over_the_face_that_lacks_it() {
-        for (normal, key) in [
-            (DVec3::X, "target.allowance"),
-            (DVec3::Z, "target.allowance_top"),
+        let [side, top] = ["raise target.allowance", "raise target.allowance_top"];
+        for (normal, round, wanted) in [
+            (DVec3::X, None, side),
+            (DVec3::Z, None, top),
+            (DVec3::Z, Some(-0.5), top),
+            // more layers do not fill a well
+            (DVec3::Z, Some(3.0), "another fill.strategy"),
+            (DVec3::X, Some(3.0), side),
         ] {
             let point = SurfacePoint {
                 position: DVec3::ZERO,
@@ -457,14 +469,14 @@ mod tests {
                 low: bare.clone(),
                 high: bare,
                 edge: 0.1,
+                round,
             };
             let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
             let stock = checks.iter().find(|c| c.id == "stock").unwrap();
             assert_eq!(stock.status, Status::Fail);
-            assert_eq!(
-                stock.remedy.as_deref(),
-                Some(format!("raise {key}").as_str())
-            );
+            let remedy = stock.remedy.as_deref().unwrap();
+            let whole = remedy == wanted || round.is_some() && remedy.starts_with(wanted);
+            assert!(whole, "{remedy}");
         }
     }
 }

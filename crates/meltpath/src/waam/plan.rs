@@ -120,7 +120,7 @@ pub fn plan(
         toolpath.layers.iter_mut().for_each(|layer| layer.weave(1));
     }
     if toolpath.layers.is_empty() {
-        return Err(no_bead(settings));
+        return Err(no_bead(part, settings));
     }
     Ok(Plan {
         over,

@@ -364,6 +364,12 @@ fn one_job_is_written_for_two_controllers() {
         lack.remedy.as_ref().unwrap(),
         &["raise layers.count", "2 layers end"],
     );
+    // nor does more metal over the top mend what was not laid
+    let stock = check(&outcome.verdict, "stock");
+    says(
+        stock.remedy.as_ref().unwrap(),
+        &["raise layers.count", "2 layers end"],
+    );
     let main = outcome.folder.join("program/JOB.src");
     let again = simulate_program(&main, Some(&job), NextIn(&home.join("again")), &Silent).unwrap();
     let lack = check(&again.verdict, "lack");

@@ -129,25 +129,49 @@ fn three(v: DVec3, show: fn(f64) -> String) -> String {
     list(v.to_array().into_iter().map(show))
 }
 
-/// The joints' table: limits and speeds, and what the file does not say of them.
+/// The joints' table: limits and speeds, and what the file does not say of them. By a guess nothing passes.
 fn limits(toml: &mut String, joints: &[Movable]) {
     let shown = |value: f64| format!("\"{} deg\"", six(value));
     let low = list(joints.iter().map(|j| shown(j.low)));
     let high = list(joints.iter().map(|j| shown(j.high)));
     let _ = write!(toml, "\n[joints]\n{SOURCE}\n");
-    speeds(toml, joints);
-    let _ = writeln!(toml, "low = {low}\nhigh = {high}");
-    let endless = joints
+    let speed = speeds(toml, joints);
+    let guessed: Vec<&str> = speed
         .iter()
-        .zip(1..)
-        .filter(|(j, _)| j.end == End::Nowhere);
-    for (joint, i) in endless {
-        let _ = writeln!(
-            toml,
-            "# joint {i} ({:?}) is continuous: 360 deg to each side are taken; write what the controller lets it turn",
-            joint.name
-        );
+        .filter(|s| s.guessed)
+        .map(|_| "\"speed\"")
+        .chain(ends(toml, joints).iter().copied())
+        .collect();
+    if !guessed.is_empty() {
+        let _ = writeln!(toml, "guesses = [{}]", guessed.join(", "));
     }
+    if let Some(speed) = speed {
+        let _ = writeln!(toml, "speed = {}", speed.list);
+    }
+    let _ = writeln!(toml, "low = {low}\nhigh = {high}");
+}
+
+/// Tells where joints end otherwise than at their `<limit>`, and which keys are guesses for it.
+fn ends(toml: &mut String, joints: &[Movable]) -> &'static [&'static str] {
+    let mut guessed: &[&str] = &[];
+    for (joint, i) in joints.iter().zip(1..) {
+        let name = &joint.name;
+        if joint.end == End::Nowhere {
+            guessed = &["\"low\"", "\"high\""];
+            let _ = writeln!(
+                toml,
+                "# joint {i} ({name:?}) is continuous: 360 deg to each side is a guess; write what the controller lets it turn, and take the guess out"
+            );
+        } else if let Some((low, high)) = joint.hard {
+            let _ = writeln!(
+                toml,
+                "# joint {i} ({name:?}) ends at the soft limits of its safety_controller, within {} to {} deg",
+                six(low),
+                six(high)
+            );
+        }
+    }
+    guessed
 }
 
 /// An angle in degrees as limits are read by people: what is beyond six decimals is dust.
@@ -155,8 +179,14 @@ fn six(rad: f64) -> f64 {
     (rad.to_degrees() * 1e6).round() / 1e6 + 0.0
 }
 
-/// The joints' speeds. Where some are missing the slowest of the others stands for them, as a guess; by a guess nothing passes.
-fn speeds(toml: &mut String, joints: &[Movable]) {
+/// The joints' speeds as they are written.
+struct Speeds {
+    list: String,
+    guessed: bool,
+}
+
+/// The joints' speeds. Where some are missing the slowest of the others stands for them, as a guess.
+fn speeds(toml: &mut String, joints: &[Movable]) -> Option<Speeds> {
     let known = || joints.iter().filter_map(|j| j.speed);
     let silent: Vec<String> = joints
         .iter()
@@ -166,18 +196,20 @@ fn speeds(toml: &mut String, joints: &[Movable]) {
         .collect();
     let Some(slowest) = known().reduce(f64::min) else {
         toml.push_str("# the URDF says no velocity of any joint: speeds are not checked; write speed = [six of them] from the data sheet\n");
-        return;
+        return None;
     };
     if !silent.is_empty() {
         let _ = writeln!(
             toml,
-            "# the URDF says no velocity of {}: the slowest of the others is a guess; write the data sheet's and take the guess out\nguesses = [\"speed\"]",
+            "# the URDF says no velocity of {}: the slowest of the others is a guess; write the data sheet's and take the guess out",
             silent.join(", ")
         );
     }
     let speed = joints.iter().map(|j| j.speed.unwrap_or(slowest));
-    let speed = list(speed.map(|s| format!("\"{} deg/s\"", six(s))));
-    let _ = writeln!(toml, "speed = {speed}");
+    Some(Speeds {
+        list: list(speed.map(|s| format!("\"{} deg/s\"", six(s)))),
+        guessed: !silent.is_empty(),
+    })
 }
 
 /// Lengths of an arm with a spherical wrist.

@@ -7,7 +7,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use crate::stages::part::Part;
 use crate::waam::deposit::grown;
 use crate::waam::deposit::simulate::Simulation;
-use crate::waam::deposit::target::{Allowance, Target, compare};
+use crate::waam::deposit::target::{Allowance, Target, compare, metal_round};
 use crate::waam::deposit::tube;
 use crate::waam::error::WaamError;
 use crate::waam::judge::checks::{borrowed_check, heat_check, overhang_check, plate_check};
@@ -61,9 +61,15 @@ pub(in crate::waam) fn checks(
     )?;
     let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
     if let Some(remedy) = few_layers(laid, part, settings) {
-        let lack = checks.iter_mut().find(|c| c.id == "lack");
-        if let Some(lack) = lack {
-            *lack = lack.clone().remedy(remedy);
+        let reached = laid.layers.last().map_or(0.0, |l| l.planned_top);
+        let above = |check: &Check| {
+            let at = check.place.as_ref().and_then(|p| p.position);
+            at.is_some_and(|at| at[2] > reached)
+        };
+        for check in &mut checks {
+            if check.id == "lack" || check.id == "stock" && above(check) {
+                *check = check.clone().remedy(remedy.clone());
+            }
         }
     }
     checks.extend(layer_checks(
@@ -82,6 +88,9 @@ pub(in crate::waam) fn checks(
     checks.extend(plate_check(plan, settings));
     Ok(checks)
 }
+
+/// Metal this far round a place, bead widths, tells whether the place is a well between beads.
+const WELL: f64 = 1.5;
 
 /// What to do about metal that is missing where the layers that the job counts end below the part's top; nothing where they do not.
 fn few_layers(laid: &Laid<'_>, part: &Part, settings: &Settings) -> Option<String> {
@@ -122,11 +131,18 @@ pub(in crate::waam) fn against_part(
         side: settings.allowance,
         top: over,
     };
-    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
+    let target = Target::new(part, allowance, metal, reporter, observer)?;
     let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
+    let expected = at(0.0);
+    let radius = WELL * settings.bead.width.value;
+    let round = expected.stock[0].and_then(|(_, least)| {
+        let top = metal_round(metal, least.position.truncate(), radius)?;
+        Some(top - least.position.z)
+    });
     Ok(TargetOutcome {
         volume: target.volume,
-        expected: at(0.0),
+        round,
+        expected,
         low: at(-1.0),
         high: at(1.0),
         edge: settings.edge_error(),

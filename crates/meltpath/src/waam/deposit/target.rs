@@ -10,12 +10,13 @@ use meltpath_geometry::boolean::{PlanarError, difference};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::raster::{Grid, Mask, rasterise};
-use meltpath_geometry::section::{SliceError, SlicePlan, slice};
+use meltpath_geometry::section::{Slice, SliceError, SlicePlan, slice};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_geometry::{Mesh, Plane, Region};
+use meltpath_geometry::{Plane, Region};
 use rayon::prelude::*;
 
 use super::stock::{SurfacePoint, points, reach, stock};
+use crate::stages::part::Part;
 
 /// Metal beyond the finished part, for machining.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +59,7 @@ pub struct Target {
     pub levels: Vec<Level>,
     /// Points spread over the surface that can be machined: not the base, not faces that look down.
     pub surface: Vec<SurfacePoint>,
-    /// Volume of the finished part, mm³.
+    /// Volume of the finished part, mm³: what several of its shells cover counts once, as in the slabs.
     pub volume: f64,
     /// Metal asked for beyond the finished part.
     pub allowance: Allowance,
@@ -83,12 +84,13 @@ impl Target {
     /// # Errors
     /// [`TargetError`].
     pub fn new(
-        mesh: &Mesh,
+        part: &Part,
         allowance: Allowance,
         map: &HeightMap,
         reporter: &Reporter,
         observer: &dyn Observer,
     ) -> Result<Self, TargetError> {
+        let mesh = &part.mesh;
         let grid = Grid {
             origin: map.origin,
             cell: map.cell,
@@ -151,7 +153,11 @@ impl Target {
         Ok(Target {
             levels,
             surface: machined(points(mesh, map.cell), map.cell),
-            volume: mesh.volume(),
+            volume: match part.loose_edges {
+                0 => part.volume,
+                // an open surface encloses what its sections show
+                _ => thickness * slices.iter().map(Slice::area).sum::<f64>(),
+            },
             allowance,
             beyond,
         })
@@ -294,6 +300,19 @@ fn machined(mut points: Vec<SurfacePoint>, least: f64) -> Vec<SurfacePoint> {
     points
 }
 
+/// The height of the metal round a place, mm: over half of the cells with metal within `radius` it is higher.
+pub fn metal_round(map: &HeightMap, at: DVec2, radius: f64) -> Option<f64> {
+    let (columns, rows) = map.cells_within(at - radius, at + radius);
+    let near = rows.flat_map(|iy| columns.clone().map(move |ix| (ix, iy)));
+    let mut heights: Vec<f64> = near
+        .filter(|(ix, iy)| map.centre(*ix, *iy).distance(at) <= radius)
+        .map(|(ix, iy)| map.z[map.index(ix, iy)])
+        .filter(|z| *z > map.base)
+        .collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    heights.get(heights.len() / 2).copied()
+}
+
 /// The mean and the spread of heights over the cells of a mask.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayerTop {
@@ -334,6 +353,7 @@ pub fn spread(mut heights: Vec<f64>) -> Option<f64> {
 mod tests {
     use super::*;
     use meltpath_base::Silent;
+    use meltpath_geometry::Mesh;
 
     const EVEN: Allowance = Allowance {
         side: 2.0,
@@ -421,9 +441,67 @@ mod tests {
         assert_eq!(compare(&map, &target, |h| 0.9 * h).excess, 0.0);
     }
 
+    fn part(mesh: Mesh) -> Part {
+        Part {
+            name: String::new(),
+            volume: mesh.volume(),
+            mesh,
+            loose_edges: 0,
+            findings: Vec::new(),
+        }
+    }
+
+    /// Shells buried within the part are nothing beside it: lack and excess are shares of what all shells cover.
+    #[test]
+    fn buried_shells_change_no_share() {
+        let dir = tempfile::tempdir().unwrap();
+        let map = HeightMap::new(DVec2::splat(-5.0), DVec2::new(65.0, 15.0), 0.5, 0.0).unwrap();
+        let volume = |mesh: &Mesh| {
+            let path = dir.path().join("part.stl");
+            let mut bytes = Vec::new();
+            meltpath_geometry::io::stl::write_stl(mesh, "part", &mut bytes).unwrap();
+            std::fs::write(&path, bytes).unwrap();
+            let unit = crate::job::PartUnit::Millimetre;
+            let read = crate::stages::part::load;
+            let part = read(&path, unit, DVec3::Z, 0.02, &Reporter::new(), &Silent).unwrap();
+            let target = Target::new(&part, EVEN, &map, &Reporter::new(), &Silent).unwrap();
+            target.volume
+        };
+        let shell = |buried: f64| {
+            let high = DVec3::new(60.0, 10.0, 20.0);
+            let by = DVec3::splat(buried);
+            meltpath_geometry::shapes::cuboid(by, high - by)
+        };
+        let mut five = shell(0.0);
+        for k in 1..5 {
+            five.add(&shell(0.02 * f64::from(k)));
+        }
+        let [one, five] = [shell(0.0), five].map(|mesh| volume(&mesh));
+        assert!((one - 12_000.0).abs() < 1.0, "{one}");
+        assert!((five - one).abs() < 0.01 * one, "{five}");
+        // what triangles of an open surface sum up to hangs on where it lies; its sections do not
+        let mut open = shell(0.0);
+        let lid = |t: &[u32; 3], mesh: &Mesh| t.iter().all(|v| mesh.vertices[*v as usize].z > 19.0);
+        let whole = open.clone();
+        open.triangles.retain(|t| !lid(t, &whole));
+        assert!((volume(&open) - one).abs() < 1e-6 * one);
+    }
+
+    /// Half of what has metal stands higher; the bare plate beside it does not count.
+    #[test]
+    fn metal_stands_round_a_well() {
+        let (mut map, _) = block(14.0);
+        let well = DVec2::new(2.0, 10.0);
+        let (ix, iy) = map.cell_at(well).unwrap();
+        let cell = map.index(ix, iy);
+        map.z[cell] = 9.0;
+        assert_eq!(metal_round(&map, well, 6.0), Some(14.0));
+        assert_eq!(metal_round(&map, DVec2::splat(-9.0), 2.0), None);
+    }
+
     #[test]
     fn the_target_of_a_mesh_has_its_volume() {
-        let mesh = meltpath_geometry::shapes::cone(20.0, 10.0, 12.0);
+        let mesh = part(meltpath_geometry::shapes::cone(20.0, 10.0, 12.0));
         let map = HeightMap::new(DVec2::splat(-25.0), DVec2::splat(25.0), 0.25, 0.0).unwrap();
         let target = Target::new(&mesh, EVEN, &map, &Reporter::new(), &Silent).unwrap();
         let volume = |mask: fn(&Level) -> &Mask| -> f64 {
@@ -455,7 +533,7 @@ mod tests {
     /// What lies beyond the map lacks all the same: where no bead came there is no metal.
     #[test]
     fn a_part_beyond_the_map_lacks_all_that_is_not_on_it() {
-        let mesh = meltpath_geometry::shapes::cone(20.0, 10.0, 12.0);
+        let mesh = part(meltpath_geometry::shapes::cone(20.0, 10.0, 12.0));
         for high in [0.0, 10.0, -21.0] {
             let map =
                 HeightMap::new(DVec2::splat(-25.0), DVec2::new(high, 25.0), 0.25, 0.0).unwrap();

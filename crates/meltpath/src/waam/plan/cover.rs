@@ -1,6 +1,6 @@
 //! What layers cover, and the beads that fill it: sections with allowance, corners and holes that beads bear.
 
-use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_base::{Cancelled, Observer, Reporter, Silent};
 use meltpath_geometry::boolean::{PlanarError, difference, intersection, union};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset, outset};
@@ -40,6 +40,16 @@ pub enum PlanStageError {
     /// A layer cannot be filled.
     #[error("cannot fill a layer: {0}")]
     Fill(#[from] PlanError),
+    /// Nothing to build, for the layers have no closed contour.
+    #[error(
+        "no bead fits into the part: the mesh of {part} is open{}, and its layers there have no contour; close it in CAD and export it as one solid (`meltpath inspect` tells where it is open)", at(*.place)
+    )]
+    Open {
+        /// The part's file.
+        part: String,
+        /// Where a contour ends, in the build, mm.
+        place: Option<[f64; 3]>,
+    },
     /// Nothing to build.
     #[error(
         "no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance"
@@ -50,6 +60,12 @@ pub enum PlanStageError {
         /// Allowance, mm.
         allowance: f64,
     },
+}
+
+/// A place in words.
+fn at(place: Option<[f64; 3]>) -> String {
+    let told = |[x, y, z]: [f64; 3]| format!(" at x {x:.1}, y {y:.1}, z {z:.1} mm of the build");
+    place.map(told).unwrap_or_default()
 }
 
 /// The sections whose union a layer has to cover, so that faces that look up get their allowance too: the part at the layer's
@@ -331,11 +347,31 @@ pub(in crate::waam) fn fill(
     )
 }
 
-pub(in crate::waam) fn no_bead(settings: &Settings) -> PlanStageError {
-    PlanStageError::NoBead {
+/// Sections at which a part without a bead is looked at for open contours.
+const LOOKS: u32 = 8;
+
+/// Why there is no bead in a part.
+pub(in crate::waam) fn no_bead(part: &Part, settings: &Settings) -> PlanStageError {
+    open(part).unwrap_or(PlanStageError::NoBead {
         narrowest: settings.fill.narrowest * settings.bead.width.value,
         allowance: settings.allowance,
-    }
+    })
+}
+
+/// Contours that are open, where no section of the part has another.
+fn open(part: &Part) -> Option<PlanStageError> {
+    let told = Reporter::new();
+    let top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
+    let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(LOOKS) * top;
+    let plan = SlicePlan::new(Plane::horizontal(0.0), (0..LOOKS).map(middle).collect());
+    let cut = slice(&part.mesh, &plan, &told, &Silent);
+    let is_empty = cut.is_ok_and(|s| s.iter().all(|s| s.regions.is_empty()));
+    let mut told = told.warnings().into_iter();
+    let open = told.find(|w| is_empty && w.code == "slice-contour-open")?;
+    Some(PlanStageError::Open {
+        part: part.name.clone(),
+        place: open.place.and_then(|p| p.position),
+    })
 }
 
 /// Share of the bead length without a neighbour in its own layer.
@@ -359,5 +395,36 @@ pub(in crate::waam) fn single_share<'a>(passes: impl Iterator<Item = Pass<'a>>) 
         (1.0_f64 - beside / total).clamp(0.0, 1.0)
     } else {
         0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_geometry::Mesh;
+    use meltpath_geometry::shapes::thin_wall;
+
+    use super::*;
+
+    /// A wall without one of its ends has no closed contour; a whole one that is too thin for any bead has.
+    #[test]
+    fn a_part_whose_contours_are_open_is_told_as_open() {
+        let part = |mesh: Mesh| Part {
+            name: "wall.stl".to_owned(),
+            volume: mesh.volume(),
+            mesh,
+            loose_edges: 0,
+            findings: Vec::new(),
+        };
+        let whole = thin_wall(60.0, 10.0, 20.0);
+        let mut without = whole.clone();
+        let least = whole.bounds().map_or(0.0, |(lo, _)| lo.x);
+        without.triangles.retain(|t| {
+            t.iter()
+                .any(|v| whole.vertices[*v as usize].x > least + 1.0)
+        });
+        let told = open(&part(without)).unwrap().to_string();
+        assert!(told.contains("the mesh of wall.stl is open at x"), "{told}");
+        assert!(open(&part(whole)).is_none());
+        assert!(open(&part(thin_wall(60.0, 0.5, 20.0))).is_none());
     }
 }

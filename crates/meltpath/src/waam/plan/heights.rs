@@ -239,7 +239,7 @@ fn growth(
         .filter_map(|(height, grows)| Some((height, grows?)))
         .collect();
     if grown.is_empty() {
-        return Err(no_bead(settings));
+        return Err(no_bead(part, settings));
     }
     let single = single_share(plans.iter().flat_map(|p| p.path.passes()));
     Ok((grown, single))

@@ -14,6 +14,7 @@ use super::plan::SurfacePlan;
 use super::pores::Solid;
 use crate::waam::deposit::stock::{SurfacePoint, points, reach, stock};
 use crate::waam::judge::GrowthError;
+use crate::waam::judge::worst::worst;
 use crate::waam::settings::Settings;
 
 /// Layers that cannot be unrolled: how far the distances between beads are off.
@@ -64,17 +65,20 @@ pub(super) fn part_checks(
 ) -> Result<Vec<Check>, VoxelsError> {
     let solid = Solid::new(built);
     let mut volumes = [0.0; 3];
-    let mut thinnest: Option<Stock> = None;
+    let limit = Limit::AtLeast(settings.limits.stock_min);
+    let asked = StockAsked {
+        least: 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing),
+        reach: reach(settings.allowance),
+        edge: settings.edge_error(),
+        limit,
+    };
+    let mut least = Vec::new();
     for (number, piece) in pieces.pieces.iter().enumerate() {
         let wanted = Wanted::new((pieces, number), piece, built)?;
         let off = |height: f64| growth.at(piece.below + height);
         let own = wanted.lacking(&solid, off);
         volumes = [0, 1, 2].map(|n| volumes[n] + own[n]);
-        let stock = wanted.thinnest(&solid, &piece.part.mesh, off, settings);
-        thinnest = thinnest
-            .into_iter()
-            .chain(stock)
-            .min_by(|a, b| a.thick.total_cmp(&b.thick));
+        least.extend(wanted.thinnest(&solid, &piece.part.mesh, off, &asked));
     }
     let [added, lack, low] = volumes;
     let share = |volume: f64| 100.0 * volume / added.max(f64::MIN_POSITIVE);
@@ -84,23 +88,32 @@ pub(super) fn part_checks(
         Measure::new(share(lack), share(low - lack), "%"),
         Limit::AtMost(100.0 * settings.limits.lack),
     );
-    let stock = thinnest.map(|found| {
-        let check = Check::judge(
-            "stock",
-            "machining stock over the finished part",
-            Measure::new(found.thick, found.sigma, "mm"),
-            Limit::AtLeast(settings.limits.stock_min),
-        );
-        check.at(Place::at(found.at.to_array()))
+    let stock = worst(least.into_iter(), limit).map(|(at, stock)| {
+        let title = "machining stock over the finished part";
+        Check::judge("stock", title, stock, limit).at(Place::at(at.to_array()))
     });
     Ok(std::iter::once(lack).chain(stock).collect())
 }
 
-/// The least stock over a part.
-struct Stock {
-    thick: f64,
-    sigma: f64,
-    at: DVec3,
+/// What stock is looked for by.
+struct StockAsked {
+    /// Where the part is less out of what it grows out of nothing is laid, mm.
+    least: f64,
+    /// How far metal is looked for, mm.
+    reach: f64,
+    /// Standard uncertainty of where metal ends beside the outermost bead, mm.
+    edge: f64,
+    limit: Limit,
+}
+
+/// Standard uncertainty of stock, mm: of how high the layers are, `high`, as far as the face looks along their growth; of where metal ends
+/// beside them, `edge`, as far as it looks across; and of where in a voxel of side `cell` it ends.
+fn stock_error((high, edge, cell): (f64, f64, f64), normal: DVec3, growing: DVec3) -> f64 {
+    let along = normal.dot(growing).clamp(-1.0, 1.0);
+    let across = (1.0 - along * along).sqrt();
+    (high * along)
+        .hypot(edge * across)
+        .hypot(cell / 12.0_f64.sqrt())
 }
 
 /// What mends a check of the metal, where heights are what beads grow to already or are not.
@@ -157,39 +170,30 @@ impl Wanted {
         })
     }
 
-    /// The least stock where the part is out of what it grows out of; `off` is how uncertain a height over that is.
+    /// The stock most likely below its limit where the part is out of what it grows out of, and its place; `off` is how uncertain a height
+    /// over that is.
     fn thinnest(
         &self,
         solid: &Solid<'_>,
         part: &Mesh,
-        off: impl Fn(f64) -> f64,
-        settings: &Settings,
-    ) -> Option<Stock> {
-        let far = |p: DVec3| {
-            let foot = self.near.foot(p);
-            foot.map_or((0.0, DVec3::ZERO), |f| (f.distance, f.outward))
-        };
+        off: impl Fn(f64) -> f64 + Sync,
+        asked: &StockAsked,
+    ) -> Option<(DVec3, Measure)> {
         let cell = solid.metal.cell();
-        let points = points(part, cell);
-        // where the part is less than half a layer out of the body nothing is laid
-        let least = 0.5 * settings.surface.as_ref().map_or(0.0, |asked| asked.spacing);
-        let free = points.into_par_iter().filter(|p| far(p.position).0 > least);
-        let reach = reach(settings.allowance);
-        let found: Vec<(f64, SurfacePoint)> = free
-            .map(|p| {
-                let growing = far(p.position).1;
-                let closed = |at: DVec3| solid.closed(at, growing);
-                (stock(&p, closed, 0.25 * cell, reach), p)
-            })
-            .collect();
-        let (thick, p) = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (height, growing) = far(p.position);
-        Some(Stock {
-            thick,
-            // a side stays where it is, however the layers grow
-            sigma: off(height) * p.normal.dot(growing).abs(),
-            at: p.position,
-        })
+        let of = |p: SurfacePoint| {
+            let foot = self.near.foot(p.position);
+            let (height, growing) = foot.map_or((0.0, DVec3::ZERO), |f| (f.distance, f.outward));
+            if height <= asked.least {
+                return None;
+            }
+            let closed = |at: DVec3| solid.closed(at, growing);
+            let thick = stock(&p, closed, 0.25 * cell, asked.reach);
+            let sigma = stock_error((off(height), asked.edge, cell), p.normal, growing);
+            Some((p.position, Measure::new(thick, sigma, "mm")))
+        };
+        let points = points(part, cell).into_par_iter();
+        let found: Vec<(DVec3, Measure)> = points.filter_map(of).collect();
+        worst(found.into_iter(), asked.limit)
     }
 
     /// Volumes, mm³: what the part adds to the body, what of it lacks, and what would lack if the metal at each height over the body were
@@ -228,5 +232,54 @@ impl Wanted {
         // summed in one order on any number of threads
         let slabs: Vec<[f64; 3]> = (0..count[2]).into_par_iter().map(slab).collect();
         [0, 1, 2].map(|n| slabs.iter().map(|s| s[n]).sum::<f64>() * cell.powi(3))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_geometry::shapes::cuboid;
+
+    use super::*;
+
+    /// A part on a body with 2 mm of metal over its sides and 2.4 mm over its top, and an uncertain width of the bead: the side is the place
+    /// that counts, by what is known of it. Where the height is known worse it is the top.
+    #[test]
+    fn stock_of_flanks_carries_how_wide_the_bead_is() {
+        let of =
+            |low: [f64; 3], high: [f64; 3]| cuboid(DVec3::from_array(low), DVec3::from_array(high));
+        let body = of([-20.0, -20.0, -5.0], [20.0, 20.0, 0.0]);
+        let part = of([-8.0, -8.0, 0.0], [8.0, 8.0, 8.0]);
+        let cell = 0.5;
+        let (low, high) = (DVec3::new(-20.0, -20.0, -5.0), DVec3::new(20.0, 20.0, 15.0));
+        let mut metal = Voxels::new(low, high, cell).unwrap();
+        metal.fill_mesh(&body).unwrap();
+        metal
+            .fill_mesh(&of([-10.0, -10.0, 0.0], [10.0, 10.0, 10.5]))
+            .unwrap();
+        let empty = || Voxels::new(low, high, cell).unwrap();
+        let wanted = Wanted {
+            part: empty(),
+            body: empty(),
+            near: Union::new(vec![&body]),
+        };
+        let found = |edge: f64, high: f64| {
+            let asked = StockAsked {
+                least: 1.0,
+                reach: 10.0,
+                edge,
+                limit: Limit::AtLeast(1.9),
+            };
+            wanted
+                .thinnest(&Solid::new(&metal), &part, |_| high, &asked)
+                .unwrap()
+        };
+        let voxel = cell / 12.0_f64.sqrt();
+        let (at, side) = found(0.3, 0.1);
+        assert!(at.x.abs().max(at.y.abs()) > 7.9, "{at}");
+        assert!((side.value - 2.0).abs() < 0.3, "{side:?}");
+        assert!((side.sigma.unwrap() - voxel.hypot(0.3)).abs() < 1e-9);
+        let (at, top) = found(0.1, 1.5);
+        assert!(at.z > 7.9, "{at}");
+        assert!((top.sigma.unwrap() - voxel.hypot(1.5)).abs() < 1e-9);
     }
 }

@@ -95,6 +95,16 @@ pub enum JointFault {
         /// The upper one, rad.
         high: f64,
     },
+    /// Soft limits that leave nothing.
+    #[error(
+        "with the soft limits of its <safety_controller> it goes from {low} to {high} rad: soft_lower_limit must be below soft_upper_limit, and both within the limits"
+    )]
+    Soft {
+        /// The lower one of what is left, rad.
+        low: f64,
+        /// The upper one, rad.
+        high: f64,
+    },
     /// Limits beyond those of any arm.
     #[error(
         "its limits go from {low} to {high}, which are rad and more than ten turns: are degrees written?"

@@ -53,6 +53,8 @@ pub(super) struct Joint {
     pub(super) low: Option<f64>,
     pub(super) high: Option<f64>,
     pub(super) speed: Option<f64>,
+    /// Where its controller is told to stay within, lower and upper.
+    pub(super) soft: [Option<f64>; 2],
     /// The joint that it follows.
     pub(super) mimics: Option<String>,
 }
@@ -121,6 +123,16 @@ impl Joint {
                 self.low = self.number(e, "lower")?;
                 self.high = self.number(e, "upper")?;
                 self.speed = self.number(e, "velocity")?;
+            }
+            "safety_controller" => {
+                self.soft = [
+                    self.number(e, "soft_lower_limit")?,
+                    self.number(e, "soft_upper_limit")?,
+                ];
+                // both zero is what ROS takes where none is written
+                if self.soft == [Some(0.0); 2] {
+                    self.soft = [None; 2];
+                }
             }
             "mimic" => self.mimics = Some(attribute(e, "joint").unwrap_or_default()),
             _ => {}
@@ -214,6 +226,7 @@ fn begun(e: &BytesStart<'_>, kind: String, line: usize) -> Joint {
         low: None,
         high: None,
         speed: None,
+        soft: [None; 2],
         mimics: None,
     }
 }

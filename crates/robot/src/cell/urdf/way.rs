@@ -31,8 +31,10 @@ pub(super) struct Movable {
     pub(super) axis: DVec3,
     pub(super) low: f64,
     pub(super) high: f64,
-    /// Whether the file calls it continuous: then the limits are ours.
+    /// Whether the file calls it continuous: then limits are ours.
     pub(super) end: End,
+    /// The limits beyond narrower ones of its `<safety_controller>`, which are taken.
+    pub(super) hard: Option<(f64, f64)>,
     /// Nothing where the file says none.
     pub(super) speed: Option<f64>,
 }
@@ -143,6 +145,14 @@ fn turning(joint: &Joint, parent_from_joint: Pose) -> Result<Movable, UrdfError>
         let (low, high) = limits(joint)?;
         (low, high, End::AtLimits)
     };
+    let hard = (low, high);
+    let (low, high) = narrowed(joint, hard)?;
+    // a continuous joint that is told both ends has them
+    let end = if low > hard.0 && high < hard.1 {
+        End::AtLimits
+    } else {
+        end
+    };
     // some files write 0 where they do not know
     let speed = joint.speed.filter(|s| *s > 0.0);
     if let Some(fast) = speed.filter(|s| *s > FASTEST) {
@@ -155,6 +165,7 @@ fn turning(joint: &Joint, parent_from_joint: Pose) -> Result<Movable, UrdfError>
         low,
         high,
         end,
+        hard: ((low, high) != hard).then_some(hard),
         speed,
     })
 }
@@ -172,6 +183,19 @@ fn limits(joint: &Joint) -> Result<(f64, f64), UrdfError> {
     }
     if low.abs().max(high.abs()) > MOST_TURNS * TAU {
         return Err(joint.wrong(JointFault::Far { low, high }));
+    }
+    Ok((low, high))
+}
+
+/// Limits as the joint's own controller narrows them, rad.
+fn narrowed(joint: &Joint, (low, high): (f64, f64)) -> Result<(f64, f64), UrdfError> {
+    let [soft_low, soft_high] = joint.soft;
+    let (low, high) = (
+        soft_low.map_or(low, |soft| soft.max(low)),
+        soft_high.map_or(high, |soft| soft.min(high)),
+    );
+    if low >= high {
+        return Err(joint.wrong(JointFault::Soft { low, high }));
     }
     Ok((low, high))
 }

@@ -174,4 +174,56 @@ fn a_continuous_joint_is_told() {
         "{toml}"
     );
     assert!(!from_urdf(&good()).unwrap().contains("continuous"));
+    // with a velocity missing besides, both stand in one list
+    let guesses = |toml: &str| cell::read(toml).unwrap().guesses()[0].clone();
+    assert_eq!(guesses(&toml), "joints (speed, low, high)");
+    let ends = from_urdf(&text).unwrap();
+    assert_eq!(guesses(&ends), "joints (low, high)");
+}
+
+/// Soft limits end a joint where they are narrower than its hard ones, before or after these.
+#[test]
+fn soft_limits_narrow_a_joint() {
+    let soft = |low: &str, high: &str| {
+        format!("<safety_controller {low} {high} k_position=\"20\" k_velocity=\"20\"/>")
+    };
+    let of = |kind: &str, inside: String| {
+        let text = good().replacen("\"revolute\"", kind, 1);
+        let toml = from_urdf(&text.replacen(LIMIT, &inside, 1))?;
+        let limits = cell::read(&toml).unwrap().arm.chain.joints[0].limits;
+        Ok::<_, UrdfError>(([limits.low, limits.high], toml))
+    };
+    let (low, high) = ("soft_lower_limit=\"-1\"", "soft_upper_limit=\"0.5\"");
+    for (inside, wanted) in [
+        (soft(low, high) + LIMIT, [-1.0, 0.5]),
+        (LIMIT.to_owned() + &soft(low, high), [-1.0, 0.5]),
+        (LIMIT.to_owned() + &soft(low, ""), [-1.0, 2.5]),
+        (
+            LIMIT.to_owned() + &soft("soft_lower_limit=\"-4\"", high),
+            [-3.0, 0.5],
+        ),
+        // nothing is said
+        (
+            LIMIT.to_owned() + &soft("soft_lower_limit=\"0\"", "soft_upper_limit=\"0\""),
+            [-3.0, 2.5],
+        ),
+    ] {
+        let (found, toml) = of("\"revolute\"", inside).unwrap();
+        let near = |k: usize| (found[k] - wanted[k]).abs() < 1e-7;
+        assert!(near(0) && near(1), "{found:?} {wanted:?}");
+        let told = toml.contains("joint 1 (\"j0\") ends at the soft limits");
+        assert_eq!(told, wanted != [-3.0, 2.5], "{toml}");
+    }
+    // they are no guess of a continuous joint
+    let (found, toml) = of("\"continuous\"", soft(low, high) + LIMIT).unwrap();
+    assert!((found[0] + 1.0).abs() < 1e-7 && (found[1] - 0.5).abs() < 1e-7);
+    assert!(!toml.contains("guesses"), "{toml}");
+    let nothing = soft(low, "soft_upper_limit=\"-2\"");
+    assert!(matches!(
+        of("\"revolute\"", LIMIT.to_owned() + &nothing),
+        Err(UrdfError::Joint {
+            fault: JointFault::Soft { .. },
+            ..
+        })
+    ));
 }
