@@ -287,7 +287,13 @@ fn layers_of_other_hatchers_run_whatever_their_marks() {
 fn lines_that_are_missing_are_missed_in_the_fill() {
     let dir = tempfile::tempdir().unwrap();
     let square = |low: i64, high: i64| {
-        polyline(&[[low, low], [high, low], [high, high], [low, high], [low, low]])
+        polyline(&[
+            [low, low],
+            [high, low],
+            [high, high],
+            [low, high],
+            [low, low],
+        ])
     };
     let lines = |kept: fn(i64) -> bool| {
         let all = (1..30).filter(|k| kept(*k));
@@ -295,10 +301,13 @@ fn lines_that_are_missing_are_missed_in_the_fill() {
         hatches(&lines)
     };
     let fill = |name: &str, entities: &[String]| {
-        fs::write(dir.path().join(format!("{name}.cli")), micrometres(entities)).unwrap();
-        let job = format!(
-            "{JOB}layers = \"{name}.cli\"\n[layers]\norigin = [\"1 mm\", \"1 mm\"]\n"
-        );
+        fs::write(
+            dir.path().join(format!("{name}.cli")),
+            micrometres(entities),
+        )
+        .unwrap();
+        let job =
+            format!("{JOB}layers = \"{name}.cli\"\n[layers]\norigin = [\"1 mm\", \"1 mm\"]\n");
         value(&run(dir.path(), name, &job), "fill-1")
     };
     let whole = fill("whole", &[square(0, 2100), lines(|_| true)]);
