@@ -238,9 +238,13 @@ fn a_folder_of_programs_is_simulated_from_its_main() {
     let help = format!("DEF HELP( )\nOWN( )\nEND\nDEF OWN( )\n{from}END\n");
     std::fs::write(folder.join("wall.src"), main).unwrap();
     std::fs::write(folder.join("help.src"), help).unwrap();
-    let outcome = simulate_program(&folder, None, NextIn(&runs), &Silent).unwrap();
-    let provenance = std::fs::read_to_string(outcome.folder.join("provenance.json")).unwrap();
-    says(&provenance, &["wall.src", "help.src"]);
+    let error = simulate_program(&folder, None, NextIn(&runs), &Silent).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("the program WALL never starts the arc"),
+        "{error}"
+    );
 }
 
 /// Heights count from the plate that the job tells; where nobody tells it, beads far from 0 decide nothing.
