@@ -10,7 +10,6 @@ use crate::material::vapour::Evaporation;
 use crate::numeric::real::Real;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
-use crate::solver::surface::Surface;
 
 const ENTRIES: usize = 4096;
 /// Cells that loops take together.
@@ -126,14 +125,14 @@ pub(crate) struct Steam<R> {
 }
 
 impl<R: Real> Steam<R> {
-    /// Of what the build plane sees, over uppermost cells of `height` mm; none where nothing evaporates.
+    /// Of a law into a gas at `ambient` Pa, over uppermost cells of `height` mm; none where nothing evaporates.
     pub(crate) fn new(
-        surface: &Surface,
+        law: Option<(&Evaporation, f64)>,
         material: &Material,
         curve: &Enthalpy,
         height: f64,
     ) -> Option<Self> {
-        let (law, ambient) = surface.evaporates(material)?;
+        let (law, ambient) = law?;
         let boiling = law.components.first()?.boiling;
         let hottest = boiling.max(material.liquidus) + ABOVE_BOILING;
         let of = BeforeVapour::new(Some((law, ambient)), material, curve, [height, hottest]);

@@ -94,7 +94,7 @@ impl<R: Real> Losses<R> {
                 R::of(material.emissivity),
                 R::of(material.powder.emissivity),
             ],
-            steam: Steam::new(surface, material, curve, height),
+            steam: Steam::new(surface.evaporates(material), material, curve, height),
             none,
         }
     }
