@@ -134,7 +134,8 @@ pub struct TargetOutcome {
     pub high: Comparison,
     /// Standard uncertainty of where metal ends sideways, mm.
     pub edge: f64,
-    /// How far most of the metal round the place of the least stock over faces that look up stands above the face, mm.
+    /// How far most of the metal round the place of the least stock over faces that look up stands above the face, mm; where that place is
+    /// a well through the layers.
     pub round: Option<f64>,
 }
 

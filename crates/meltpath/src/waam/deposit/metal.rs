@@ -135,9 +135,11 @@ pub(in crate::waam) fn against_part(
     let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
     let expected = at(0.0);
     let radius = WELL * settings.bead.width.value;
-    let round = expected.stock[0].and_then(|(_, least)| {
+    let round = expected.stock[0].and_then(|(stock, least)| {
         let top = metal_round(metal, least.position.truncate(), radius)?;
-        Some(top - least.position.z)
+        let over = top - least.position.z;
+        // a dip between beads is lifted by more layers; a well deeper than a bead is high goes through them
+        (over - stock > settings.bead.height.value).then_some(over)
     });
     Ok(TargetOutcome {
         volume: target.volume,
