@@ -107,10 +107,11 @@ impl Cells {
         let mut crossings = vec![Vec::new(); cells.rows];
         for [a, b] in outline.rings.iter().flat_map(|ring| ends(ring)) {
             let row = |y: f64| ((y - low.y) / cell - 0.5).ceil().max(0.0) as usize;
-            for j in row(a.y.min(b.y))..row(a.y.max(b.y)).min(cells.rows) {
+            let [first, end] = [a.y.min(b.y), a.y.max(b.y)].map(row);
+            for (j, of_row) in crossings.iter_mut().enumerate().take(end).skip(first) {
                 let y = low.y + (j as f64 + 0.5) * cell;
                 let x = a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y);
-                crossings[j].push((x - low.x) / cell - 0.5);
+                of_row.push((x - low.x) / cell - 0.5);
             }
         }
         let mut wanted = vec![false; cells.reached.len()];

@@ -4,7 +4,7 @@ use super::around::{Around, exchange_boxes};
 use super::conduct::{Conduct, PlaneStep};
 use super::pace::{CLASSES, PAIR, Rate};
 use super::sharing::share;
-use super::tile::{Cells, Class, Follow, Half, N, PLANE, Refresh, Shown, Tile};
+use super::tile::{Cells, Class, Follow, Half, N, PLANE, Refresh, Shown, Tile, Uppermost};
 use super::{Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
@@ -167,7 +167,13 @@ impl Levels {
                 first: around.first(at, tile.base),
                 tile: &mut *tile,
             });
-            if let Some(([enthalpy, density], arrived, lost)) = tile.top(planes.len()) {
+            if let Some(Uppermost {
+                enthalpy,
+                density,
+                arrived,
+                lost,
+            }) = tile.top(planes.len())
+            {
                 let mut plane = BuildPlane {
                     formulas: f,
                     level: register,

@@ -75,6 +75,16 @@ pub(crate) struct Tile {
     pub(crate) lost: Ledger,
 }
 
+/// The highest plane of a tile that reaches the build plane.
+pub(crate) struct Uppermost<'a> {
+    pub(crate) enthalpy: &'a mut [f32],
+    pub(crate) density: &'a mut [f32],
+    /// Heat that arrived on it, J/mm².
+    pub(crate) arrived: &'a [f32],
+    /// Where its losses are written down.
+    pub(crate) lost: &'a mut Ledger,
+}
+
 /// What others see of a tile during a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Shown {
@@ -201,15 +211,18 @@ impl Tile {
         self.base..self.base + self.enthalpy.len() / PLANE
     }
 
-    /// Enthalpies and densities of the highest of `planes` planes, where it goes so high, the heat that arrived there, J/mm², and
-    /// where its losses are written down.
-    pub(crate) fn top(&mut self, planes: usize) -> Option<([&mut [f32]; 2], &[f32], &mut Ledger)> {
+    /// The highest of `planes` planes, where it goes so high.
+    pub(crate) fn top(&mut self, planes: usize) -> Option<Uppermost<'_>> {
         if self.planes().end != planes {
             return None;
         }
         let cells = self.enthalpy.len() - PLANE..self.enthalpy.len();
-        let own = [&mut self.enthalpy[cells.clone()], &mut self.density[cells]];
-        Some((own, &self.skin.arrived, &mut self.lost))
+        Some(Uppermost {
+            enthalpy: &mut self.enthalpy[cells.clone()],
+            density: &mut self.density[cells],
+            arrived: &self.skin.arrived,
+            lost: &mut self.lost,
+        })
     }
 
     /// Its planes below `plane`: what lies under the finer tiles that take the place of the others.
