@@ -33,7 +33,7 @@ end
 ";
 
 /// A cell whose arc is standard output 0 of a Universal Robot.
-fn script_cell() -> CellProgramming {
+pub(crate) fn script_cell() -> CellProgramming {
     let mut cell = cell(&[100.0]);
     let words = cell.script.value.as_mut().unwrap();
     words.arc_start.value = vec![

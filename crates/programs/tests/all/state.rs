@@ -1,9 +1,11 @@
-//! What lines of a KUKA set for moves to come, in programs that call each other, and what a move says of itself alone.
+//! What lines set for moves to come: of a KUKA in programs that call each other and for one move alone; speeds that are not known, and
+//! tools that turn no faster than their program says, of others too.
 
 use meltpath_base::Reporter;
 use meltpath_programs::{Dialect, Missing, Reading, dialect, read_toolpath};
 
 use crate::dialects::cell;
+use crate::silence::script_cell;
 use crate::told::motions;
 
 const DATA: &str = "DEFDAT K
@@ -331,13 +333,7 @@ fn a_bead_goes_as_slowly_as_its_tool_may_turn() {
 /// Joints of a straight move, and a global variable beside lines of the arc, which set none.
 #[test]
 fn scripts_move_straight_to_joints_by_speeds_of_global_variables() {
-    let mut cell = cell(&[100.0]);
-    let words = cell.script.value.as_mut().unwrap();
-    words.arc_start.value = vec![
-        "set_job({1})".to_owned(),
-        "set_digital_out(0, True)".to_owned(),
-    ];
-    words.arc_end.value = vec!["set_digital_out(0, False)".to_owned()];
+    let cell = script_cell();
     let text = "def w():
   global vw = 0.0125
   movel(p[0, 0, 0, 0, 3.14159265, 0], 1.2, 0.1)

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
 use crate::measures::fill_share::AreaFill;
-use crate::measures::outline::{Outline, Outlines, ends};
+use crate::measures::outline::{Outline, Outlines, within};
 use crate::measures::swept_surface::{Rate, SweptSurface};
 use meltpath_toolpath::Role;
 
@@ -103,22 +103,15 @@ impl Cells {
         let low = points().copied().reduce(DVec2::min).unwrap_or_default();
         let high = points().copied().reduce(DVec2::max).unwrap_or_default();
         let mut cells = Cells::new(low, high, cell);
-        // where each row's middle crosses the rings
-        let mut crossings = vec![Vec::new(); cells.rows];
-        for [a, b] in outline.rings.iter().flat_map(|ring| ends(ring)) {
-            let row = |y: f64| ((y - low.y) / cell - 0.5).ceil().max(0.0) as usize;
-            let [first, end] = [a.y.min(b.y), a.y.max(b.y)].map(row);
-            for (j, of_row) in crossings.iter_mut().enumerate().take(end).skip(first) {
-                let y = low.y + (j as f64 + 0.5) * cell;
-                let x = a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y);
-                of_row.push((x - low.x) / cell - 0.5);
-            }
-        }
+        let heights: Vec<f64> = (0..cells.rows)
+            .map(|j| low.y + (j as f64 + 0.5) * cell)
+            .collect();
+        let rings = outline.rings.iter().map(Vec::as_slice);
         let mut wanted = vec![false; cells.reached.len()];
-        for (j, crossings) in crossings.iter_mut().enumerate() {
-            crossings.sort_by(f64::total_cmp);
-            for pair in crossings.as_chunks::<2>().0 {
-                let [from, to] = pair.map(|x| (x.ceil().max(0.0) as usize).min(cells.columns));
+        for (j, spans) in within(rings, &heights).into_iter().enumerate() {
+            for span in spans {
+                let at = |x: f64| ((x - low.x) / cell - 0.5).ceil().max(0.0) as usize;
+                let [from, to] = span.map(|x| at(x).min(cells.columns));
                 wanted[j * cells.columns..][from..to].fill(true);
             }
         }

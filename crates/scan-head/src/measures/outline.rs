@@ -70,6 +70,34 @@ impl Outlines {
     }
 }
 
+/// From where to where, mm along x, rows at the heights `rows`, mm and rising, lie within an odd number of rings: row by row, in order.
+///
+/// ```
+/// use meltpath_geometry::math::DVec2;
+/// use meltpath_scan_head::measures::outline::within;
+/// let square = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+/// assert_eq!(within([&square[..]], &[-0.5, 0.5]), [vec![], vec![[0.0, 1.0]]]);
+/// ```
+pub fn within<'a>(
+    rings: impl IntoIterator<Item = &'a [DVec2]>,
+    rows: &[f64],
+) -> Vec<Vec<[f64; 2]>> {
+    let mut crossings = vec![Vec::new(); rows.len()];
+    for [a, b] in rings.into_iter().flat_map(ends) {
+        // half open, so that a corner counts once
+        let [first, end] =
+            [a.y.min(b.y), a.y.max(b.y)].map(|y| rows.partition_point(|row| *row < y));
+        for (row, y) in crossings.iter_mut().zip(rows).take(end).skip(first) {
+            row.push(a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
+        }
+    }
+    let pairs = |mut row: Vec<f64>| {
+        row.sort_by(f64::total_cmp);
+        row.as_chunks::<2>().0.to_vec()
+    };
+    crossings.into_iter().map(pairs).collect()
+}
+
 /// The closed rings of contours; what is drawn on from where the last line ended goes on with it.
 pub fn rings(lines: impl Iterator<Item = [DVec2; 2]>) -> Rings {
     let (mut found, mut open) = (Vec::new(), Vec::<DVec2>::new());
@@ -105,7 +133,7 @@ impl Nested<'_> {
 }
 
 /// The sides of a ring.
-pub fn ends(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+fn ends(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> + '_ {
     let next = ring.iter().cycle().skip(1);
     ring.iter().zip(next).map(|(a, b)| [*a, *b])
 }

@@ -6,7 +6,7 @@
 
 use meltpath_geometry::math::DVec2;
 
-use super::outline::{Outline, ends};
+use super::outline::{Outline, within};
 use super::sweep::{Covered, Line};
 
 /// Rows across a surface, at most.
@@ -93,20 +93,11 @@ impl SweptSurface {
             return Self::within(DVec2::ZERO, DVec2::ZERO, spot);
         }
         let mut found = Self::within(low, high, spot);
-        let mut crossings = vec![Vec::new(); found.rows.len()];
-        for [a, b] in outline.rings.iter().flat_map(|ring| ends(ring)) {
-            for (k, at) in found.crossed([a, b], 0.0) {
-                // half open, so that a corner counts once
-                if (a.y > at.from.y) != (b.y > at.from.y) {
-                    let x = a.x + (at.from.y - a.y) / (b.y - a.y) * (b.x - a.x);
-                    crossings[k].push(x - at.from.x);
-                }
-            }
-        }
-        for (row, mut crossings) in found.rows.iter_mut().zip(crossings) {
-            crossings.sort_by(f64::total_cmp);
-            for pair in crossings.as_chunks::<2>().0 {
-                row.wanted.add(*pair);
+        let heights: Vec<f64> = (0..found.rows.len()).map(|k| found.height(k)).collect();
+        let rings = outline.rings.iter().map(Vec::as_slice);
+        for (row, spans) in found.rows.iter_mut().zip(within(rings, &heights)) {
+            for span in spans {
+                row.wanted.add(span.map(|x| x - low.x));
             }
         }
         if let Some((marks, near)) = &outline.near {
@@ -126,30 +117,21 @@ impl SweptSurface {
         }
     }
 
-    /// The rows that a stroke of that radius may cross, by their numbers.
-    fn crossed(
-        &self,
-        [a, b]: [DVec2; 2],
-        radius: f64,
-    ) -> impl Iterator<Item = (usize, Line)> + use<> {
-        let from = (a.y.min(b.y) - radius - self.low.y) / self.step - 1.0;
-        let to = (a.y.max(b.y) + radius - self.low.y) / self.step + 1.0;
-        let end = (to.max(0.0) as usize).min(self.rows.len());
-        let first = (from.max(0.0) as usize).min(end);
-        let (low, step) = (self.low, self.step);
-        (first..end).map(move |k| {
-            let within = (k as f64 + (k as f64 * GOLDEN).fract()) * step;
-            let along = Line {
-                from: low + DVec2::Y * within,
-                along: DVec2::X,
-            };
-            (k, along)
-        })
+    /// Where a row lies, mm.
+    fn height(&self, k: usize) -> f64 {
+        self.low.y + (k as f64 + (k as f64 * GOLDEN).fract()) * self.step
     }
 
     /// Does something with each row that a stroke of that radius may cross.
-    fn cut(&mut self, stroke: [DVec2; 2], radius: f64, mut with: impl FnMut(&mut Row, Line)) {
-        for (k, along) in self.crossed(stroke, radius) {
+    fn cut(&mut self, [a, b]: [DVec2; 2], radius: f64, mut with: impl FnMut(&mut Row, Line)) {
+        let from = (a.y.min(b.y) - radius - self.low.y) / self.step - 1.0;
+        let to = (a.y.max(b.y) + radius - self.low.y) / self.step + 1.0;
+        let end = (to.max(0.0) as usize).min(self.rows.len());
+        for k in (from.max(0.0) as usize).min(end)..end {
+            let along = Line {
+                from: DVec2::new(self.low.x, self.height(k)),
+                along: DVec2::X,
+            };
             with(&mut self.rows[k], along);
         }
     }

@@ -3,7 +3,7 @@
 use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
-use meltpath_scan_head::measures::outline::{self, NEAR, Rings, boundaries};
+use meltpath_scan_head::measures::outline::{self, NEAR, Rings, boundaries, within};
 use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_toolpath::{Layer, Role};
 
@@ -145,21 +145,14 @@ impl Cells {
 
     /// Cells whose middles lie within an odd number of boundaries.
     fn enclosed(&self, boundaries: &[&[DVec2]]) -> Vec<bool> {
-        let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); self.size[1]];
-        for ring in boundaries {
-            for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-                for row in self.between(1, [a.y.min(b.y), a.y.max(b.y)]) {
-                    let y = self.middle(row * self.size[0]).y;
-                    crossings[row].push(a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
-                }
-            }
-        }
+        let heights: Vec<f64> = (0..self.size[1])
+            .map(|row| self.middle(row * self.size[0]).y)
+            .collect();
+        let spans = within(boundaries.iter().copied(), &heights);
         let mut enclosed = vec![false; self.size[0] * self.size[1]];
-        for (row, crossings) in crossings.iter_mut().enumerate() {
-            crossings.sort_by(f64::total_cmp);
-            for pair in crossings.as_chunks::<2>().0 {
-                let range = self.between(0, *pair);
-                enclosed[row * self.size[0]..][range].fill(true);
+        for (row, spans) in spans.into_iter().enumerate() {
+            for span in spans {
+                enclosed[row * self.size[0]..][self.between(0, span)].fill(true);
             }
         }
         enclosed
