@@ -272,9 +272,13 @@ pub(super) fn fill_check(
             Some(words) => check.because(&words),
             None => check,
         };
+        let closer = match settings.job.lpbf.layers.as_ref() {
+            Some(_) => "a closer hatch, or the lines that the file lost",
+            None => "a closer hatch",
+        };
         check.remedy(match *settings.job.lpbf.delays {
-            DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
-            DelayChoice::Tuned => "a closer hatch",
+            DelayChoice::Recipe => format!("lpbf.delays = \"tuned\", or {closer}"),
+            DelayChoice::Tuned => closer.to_owned(),
         })
     };
     let check = filled(&result.fill(JUDGED)?);
