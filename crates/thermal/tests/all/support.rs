@@ -12,7 +12,8 @@ use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::levels::{BEND, Setup};
 use meltpath_thermal::material::file::{Readings, read};
-use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::material::law::Law;
+use meltpath_thermal::material::{CELSIUS, Material, PowderConduction};
 use meltpath_thermal::solver::source::Depth;
 use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::watch::Watch;
@@ -21,6 +22,14 @@ use meltpath_thermal::solver::{Face, Faces, State};
 /// Ti6Al4V of the thesis.
 pub(crate) fn titanium() -> Material {
     titanium_read(Readings::default())
+}
+
+/// The same, whose powder is as dense as metal.
+pub(crate) fn dense_titanium() -> Material {
+    let mut material = titanium();
+    material.powder.relative_density = Law::constant(1.0);
+    material.powder.conduction = PowderConduction::Ratio(1.0);
+    material
 }
 
 /// The same, its source read otherwise.
