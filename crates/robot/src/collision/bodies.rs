@@ -8,8 +8,8 @@ use meltpath_geometry::math::DVec3;
 use super::distance::{Segment, between};
 use crate::cell::{Arrangement, Cell, Shapes, Values};
 
-/// Rods that stand for something round with flat ends.
-const RODS: u32 = 12;
+/// Rods along something round with a flat end, and as many around its rim.
+const RODS: u32 = 24;
 
 /// The link that ends at the flange.
 const LAST: u8 = 6;
@@ -73,7 +73,7 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     let frames = cell.frames(values);
     let part_from_base = frames.part.inverse().then(frames.base);
     let base_from_world = frames.base.inverse();
-    let mut capsules = Vec::with_capacity(7 + RODS as usize);
+    let mut capsules = Vec::with_capacity(7 + 2 * RODS as usize);
     let mut add = |body, frame: Pose, [a, b]: [DVec3; 2], radius| {
         let in_base = Segment {
             a: frame.point(a),
@@ -91,8 +91,7 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     };
     let [length, radius] = shapes.nozzle;
     let torch = base_from_world.then(frames.torch);
-    for (aside, rod) in ring(radius) {
-        let ends = [-rod, -length].map(|z| aside + z * DVec3::Z);
+    for (ends, rod) in round(radius, length) {
         add(Body::Nozzle, torch, ends, rod);
     }
     let back = -length * DVec3::Z;
@@ -124,8 +123,7 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
                 thin,
             );
             // its face is flat: the part begins there
-            for (aside, rod) in ring(radius) {
-                let ends = [-rod, -length.max(2.0 * rod)].map(|z| aside + z * DVec3::Z);
+            for (ends, rod) in round(radius, length) {
                 add(body, flange, ends, rod);
             }
             continue;
@@ -138,33 +136,94 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     capsules
 }
 
-/// Rods side by side around a line along z that stand for something round with flat ends: where each is, and its radius, mm.
-fn ring(radius: f64) -> impl Iterator<Item = (DVec3, f64)> {
-    let sine = (std::f64::consts::PI / f64::from(RODS)).sin();
-    let rod = radius * sine / (1.0 + sine);
-    (0..RODS).map(move |i| {
-        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(RODS)).sin_cos();
-        (DVec3::new(c, s, 0.0) * (radius - rod), rod)
+/// How far from its axis the lines of the rods lie at most that stand for something round of this radius, mm.
+pub(super) fn outmost(radius: f64) -> f64 {
+    radius / (std::f64::consts::PI / f64::from(RODS)).cos()
+}
+
+/// Rods that hold the side and the rim of something round along z with a flat end at zero: their ends and radii, mm. None goes beyond the
+/// end; beside the side they stand out by a twentieth of the radius at most. Within the rim the end is open.
+fn round(radius: f64, length: f64) -> impl Iterator<Item = ([DVec3; 2], f64)> {
+    let half = std::f64::consts::PI / f64::from(RODS);
+    let (sine, cosine) = half.sin_cos();
+    // rods that touch each other within what is round, as thick as they must be to hold its side between them
+    let within = radius * sine / (1.0 + sine);
+    let around = radius - within;
+    let thick = (radius * sine).hypot(radius * cosine - around);
+    let deep = -length.max(2.0 * thick);
+    let rim = thick - within;
+    let at = move |step: f64| {
+        let (s, c) = (2.0 * half * step).sin_cos();
+        DVec3::new(c, s, 0.0)
+    };
+    (0..RODS).map(f64::from).flat_map(move |i| {
+        let along = [-thick, deep].map(|z| at(i) * around + z * DVec3::Z);
+        let corner = |step: f64| at(step) * outmost(radius) - rim * DVec3::Z;
+        let across = [corner(i - 0.5), corner(i + 0.5)];
+        [(along, thick), (across, rim)]
     })
 }
 
 /// A capsule around all rods of the nozzle.
 pub(super) fn around_nozzle(capsules: &[Capsule]) -> Option<Capsule> {
+    // those along it and those of its rim take turns
     let rods = || capsules.iter().filter(|c| c.body == Body::Nozzle);
-    let count = rods().count();
+    let along = || rods().step_by(2);
+    let count = along().count();
     let first = *rods().next()?;
     let middle = |end: fn(&Segment) -> DVec3, of: fn(&Capsule) -> Segment| {
-        rods().map(|rod| end(&of(rod))).sum::<DVec3>() / count as f64
+        along().map(|rod| end(&of(rod))).sum::<DVec3>() / count as f64
     };
     let line = |of: fn(&Capsule) -> Segment| Segment {
         a: middle(|s| s.a, of),
         b: middle(|s| s.b, of),
     };
     let axis = line(|c| c.line);
+    let out = rods().map(|rod| rod.line.a.distance(axis.a) + rod.radius);
     Some(Capsule {
         line: axis,
         in_base: line(|c| c.in_base),
-        radius: first.line.a.distance(axis.a) + first.radius,
+        radius: out.fold(0.0, f64::max),
         ..first
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half-spaces and points beside rim and side are told nowhere farther than they are, and by little nearer.
+    #[test]
+    fn rods_hold_what_is_round() {
+        let (radius, length) = (12.0, 80.0);
+        let rods: Vec<([DVec3; 2], f64)> = round(radius, length).collect();
+        for turn in (0..720).map(|i| f64::from(i).to_radians() / 2.0) {
+            let out = DVec3::new(turn.cos(), turn.sin(), 0.0);
+            for down in (0..=90).map(|i| f64::from(i).to_radians()) {
+                let normal = out * down.cos() + DVec3::Z * down.sin();
+                let exact = radius * down.cos();
+                let reached =
+                    |([a, b], r): &([DVec3; 2], f64)| a.dot(normal).max(b.dot(normal)) + r;
+                let told = rods.iter().map(reached).fold(f64::MIN, f64::max);
+                assert!(told > exact - 1e-9, "{turn} {down}: {told} {exact}");
+                assert!(
+                    told < exact + 0.063 * radius,
+                    "{turn} {down}: {told} {exact}"
+                );
+            }
+            for deep in (0..200).map(|i| 0.1 * f64::from(i)) {
+                let point = out * radius - deep * DVec3::Z;
+                let of = |([a, b], r): &([DVec3; 2], f64)| {
+                    let share = (point - *a).dot(*b - *a) / (*b - *a).length_squared();
+                    point.distance(a.lerp(*b, share.clamp(0.0, 1.0))) - r
+                };
+                let told = rods.iter().map(of).fold(f64::MAX, f64::min);
+                assert!(told < 0.015 * radius, "{turn} {deep}: {told}");
+            }
+        }
+        // straight below it is exact
+        let lowest = |([a, b], r): &([DVec3; 2], f64)| a.z.max(b.z) + r;
+        let low = rods.iter().map(lowest).fold(f64::MIN, f64::max);
+        assert!(low.abs() < 1e-12, "{low}");
+    }
 }

@@ -6,7 +6,7 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::bodies::{Body, Capsule, capsules};
+use super::bodies::{Body, Capsule, capsules, outmost};
 use super::distance::Bounds;
 use super::metal::Metal;
 use super::motion::{BodiesGone, Gone, Reach};
@@ -83,7 +83,10 @@ pub(super) fn pass(
         cell: task.cell,
         shapes: around.shapes,
         pairs: around.pairs,
-        reach: Reach::of(task.cell, [around.shapes.nozzle[1], around.shapes.links[5]]),
+        reach: Reach::of(
+            task.cell,
+            [around.shapes.nozzle[1], around.shapes.links[5]].map(outmost),
+        ),
         table: table(task.cell, around),
         foot: foot(task.cell, around),
     };
