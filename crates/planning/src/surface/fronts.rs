@@ -3,7 +3,7 @@
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::segments::Segments;
-use meltpath_geometry::sheet::{FrontEnd, FrontPoint, Sheet, SheetError, SheetLine};
+use meltpath_geometry::sheet::{FrontEnd, FrontPoint, Sheet, SheetError, SheetLine, thinned};
 
 use super::error::SurfaceError;
 use super::pass::{SurfacePass, SurfacePoint};
@@ -185,11 +185,17 @@ fn by_planes(
                 .nearest(position, 10.0 * settings.spacing)
                 .map(|n| n.point),
         };
-        passes.extend(lines.iter().map(|line| SurfacePass {
-            number,
-            points: line.points.iter().map(point).collect(),
+        let all = positions(&lines);
+        passes.extend(lines.iter().zip(&all).map(|(line, places)| {
+            // a point on each edge of a fine mesh says nothing of the course, and is more than controllers follow
+            let stays = thinned(places, 0.5 * settings.chord_error);
+            let kept = line.points.iter().zip(stays).filter(|(_, stays)| *stays);
+            SurfacePass {
+                number,
+                points: kept.map(|(p, _)| point(p)).collect(),
+            }
         }));
-        before = positions(&lines);
+        before = all;
     }
     Ok(MeshPasses {
         passes,

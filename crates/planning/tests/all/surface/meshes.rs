@@ -341,3 +341,26 @@ fn planes_over_a_gap_are_refused() {
     };
     assert!((gap - 3.0).abs() < 1e-9, "{gap}");
 }
+
+/// A plane crosses every edge of a fine mesh: what says nothing of the course is left out, as of passes at one distance.
+#[test]
+fn planes_leave_no_more_points_than_the_course_asks_for() {
+    let radius = 20.0;
+    let mesh = shapes::tube(24, 720, |s, t| {
+        let (sine, cosine) = (t * TAU).sin_cos();
+        DVec3::new(radius * cosine, radius * sine, 20.0 * s)
+    });
+    let settings = SurfaceSettings {
+        chord_error: 0.02,
+        ..settings(PLANES)
+    };
+    let planned = plan_mesh(&mesh, &FLOOR, &settings).unwrap();
+    let chords = TAU / (2.0 * (1.0 - 0.01 / radius).acos());
+    assert!(planned.passes.len() > 2);
+    for pass in &planned.passes {
+        let count = pass.points.len() as f64;
+        assert!(count > chords && count < 3.0 * chords, "{count} {chords}");
+        let off = |p: DVec3| (p.truncate().length() - radius).abs();
+        assert!(pass.points.iter().all(|p| off(p.position) < 0.01));
+    }
+}
