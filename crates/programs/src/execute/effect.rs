@@ -149,6 +149,10 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "SETDO",
                 "RESET",
                 "PULSEDO",
+                "TPSHOW",
+                "ERRWRITE",
+                "CORNERPATHWARNING",
+                "INVERTDO",
                 "CLKSTART",
                 "CLKSTOP",
                 "CLKRESET",
@@ -158,7 +162,16 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "DEACTUNIT",
                 "GRIPLOAD",
             ],
-            &["WAITDI", "WAITUNTIL", "STOP"],
+            &[
+                "WAITDI",
+                "WAITDO",
+                "WAITAI",
+                "WAITAO",
+                "WAITGI",
+                "WAITGO",
+                "WAITUNTIL",
+                "STOP",
+            ],
         ),
         Dialect::UrScript => (
             &[

@@ -46,7 +46,8 @@ impl Machine<'_> {
                         by_joints: false,
                         tells_axes: false,
                     });
-                    return Ok(place.ok_or_else(|| Missing::Position(text.clone())));
+                    let name = text.trim_end_matches('?');
+                    return Ok(place.ok_or_else(|| Missing::Position(name.to_owned())));
                 }
             }
         };

@@ -57,9 +57,6 @@ pub enum Refusal {
     /// A wait that never ends.
     #[error("a wait of {0} s, more than a day")]
     Wait(f64),
-    /// The arc is switched on twice.
-    #[error("the arc starts, but it is on already")]
-    ArcOn,
     /// A joint move with arc.
     #[error("a joint move with the arc on")]
     ArcInJointMove,
@@ -86,7 +83,7 @@ impl Refusal {
             Refusal::Speed => {
                 "use a speed that the robot has, in mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
             }
-            Refusal::ArcOn | Refusal::ArcInJointMove => {
+            Refusal::ArcInJointMove => {
                 "pair each start of the arc with one end, and travel with the arc off"
             }
         }

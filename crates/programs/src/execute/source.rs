@@ -43,7 +43,8 @@ impl Machine<'_> {
             ArcAction::Start => {
                 let same = |(on, _): &(String, Source)| *on == word.arguments;
                 if self.arc.as_ref().is_some_and(same) {
-                    return Err(self.refuse(Refusal::ArcOn));
+                    // the values that burn are set again
+                    return Ok(());
                 }
                 let used = procedure(word, &self.settings.arc_values);
                 self.comments.uses(used.and_then(|p| self.memory.index(p)));
@@ -51,7 +52,8 @@ impl Machine<'_> {
                 let set = self.set_by(word.style, &values);
                 let source = set.source();
                 if source.wire_feed.is_none() {
-                    let word = word.to_string();
+                    // behind a name whose value the controller alone knows stands a mark
+                    let word = word.to_string().replace('?', "");
                     self.gap(match set.unclear {
                         Some(why) => Missing::ScheduleSaid(word, why),
                         None => Missing::Schedule(word),

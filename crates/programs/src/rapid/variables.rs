@@ -11,8 +11,8 @@ use crate::program::Coordinates;
 use crate::scan::{before_last_word, finite, identifier, is_variable, strip_word};
 use crate::unrolled::{Language, Place, Step, unrolled};
 
-/// Instructions that set no variable.
-const ACTS: [&str; 30] = [
+/// Instructions that set no variable, but for what their arguments name to be set.
+const ACTS: [&str; 52] = [
     "MOVEL",
     "MOVEJ",
     "MOVEC",
@@ -27,6 +27,28 @@ const ACTS: [&str; 30] = [
     "CONFL",
     "WAITTIME",
     "WAITROB",
+    "WAITDI",
+    "WAITDO",
+    "WAITAI",
+    "WAITAO",
+    "WAITGI",
+    "WAITGO",
+    "WAITUNTIL",
+    "CLKSTART",
+    "CLKSTOP",
+    "CLKRESET",
+    "MOTIONSUP",
+    "GRIPLOAD",
+    "PDISPOFF",
+    "EOFFSOFF",
+    "STARTMOVE",
+    "STOPMOVE",
+    "CORNERPATHWARNING",
+    "PATHRESOL",
+    "PATHACCLIM",
+    "SPEEDREFRESH",
+    "TPSHOW",
+    "INVERTDO",
     "SINGAREA",
     "ACCSET",
     "VELSET",
@@ -103,7 +125,9 @@ impl Language for Rapid<'_> {
             }
             _ => {}
         }
-        if ACTS.contains(&word.as_str()) {
+        // waits may tell in a variable whether their time ran out
+        let sets = rest.to_ascii_uppercase().contains("FLAG:=");
+        if ACTS.contains(&word.as_str()) && !sets {
             return Step::Acts;
         }
         Step::Calls

@@ -254,10 +254,6 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
     assert_eq!(refuse(&["WAIT 9999999(sec)"]), Refusal::Wait(9_999_999.0));
     assert_eq!(refuse(&["L P[1] 50% FINE"]), Refusal::Speed);
     assert_eq!(
-        refuse(&[go, "Arc Start[1]", "L P[2] 12mm/sec FINE Arc Start[1]"]),
-        Refusal::ArcOn
-    );
-    assert_eq!(
         refuse(&[go, "Arc Start[1]", "J P[2] 50% FINE"]),
         Refusal::ArcInJointMove
     );

@@ -6,7 +6,7 @@ use meltpath_programs::{Dialect, Missing, Reading, dialect, read_toolpath};
 
 use crate::dialects::cell;
 use crate::silence::script_cell;
-use crate::told::motions;
+use crate::told::{execute, motions, program};
 
 const DATA: &str = "DEFDAT K
 DECL FDAT FP1={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}
@@ -364,4 +364,58 @@ fn a_variable_that_is_set_to_an_argument_is_told_so() {
         "DEF SUB(ZZ:IN)\nDECL REAL ZZ\nXP1.Z=ZZ+20\nEND\n",
     );
     assert_eq!(whys(&reading), [&Missing::Value("XP1.Z=ZZ+20".to_owned())]);
+}
+
+/// A RAPID routine that goes up by a variable of its module, with these lines first; where its beads end.
+fn climbed(lines: &str) -> Vec<f64> {
+    let at = |x: f64, z: &str| {
+        format!("Offs([[{x},0,0],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],0,0,{z})")
+    };
+    let text = format!(
+        "MODULE M\nPERS tooldata t:=[TRUE,[[0,0,0],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\nPERS welddata w:=[10,0,[1,6,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];\nVAR num h:=0;\nVAR bool late:=FALSE;\nPROC main()\nh:=2;\n{lines}\nMoveL {0},v100,fine,t;\nArcLStart {1},v100,sm1,w,fine,t;\nArcLEnd {2},v100,sm1,w,fine,t;\nENDPROC\nENDMODULE\n",
+        at(0.0, "h+20"),
+        at(0.0, "h"),
+        at(30.0, "h"),
+    );
+    let parsed = dialect::read(Dialect::Rapid, text.as_bytes(), None, &cell(&[100.0])).unwrap();
+    let programs: Vec<_> = parsed.into_iter().map(|p| p.program).collect();
+    let settings = cell(&[100.0]).execution(10.0);
+    let reading = read_toolpath(&programs, &settings, 1e3, &Reporter::new());
+    let moves = reading.map(|r| motions(&r)).unwrap_or_default();
+    let burns = moves.iter().filter(|m| m.burns);
+    burns.map(|m| m.to.z).collect()
+}
+
+#[test]
+fn instructions_of_rapid_that_set_nothing_leave_variables_as_they_are() {
+    for line in [
+        "ClkReset clk1;",
+        "GripLoad load0;",
+        "WaitDI di1,1;",
+        "PDispOff;",
+        "TPShow 1;",
+    ] {
+        assert_eq!(climbed(line), [2.0], "{line}");
+    }
+    // what may set one does not
+    for line in ["WaitDI di1,1\\MaxTime:=5\\TimeFlag:=late;", "Other;"] {
+        assert_eq!(climbed(line), [] as [f64; 0], "{line}");
+    }
+}
+
+#[test]
+fn values_that_burn_are_set_again_without_another_start() {
+    let go = "L P[1] 100mm/sec FINE";
+    let laid = |lines: &[&str]| {
+        let executed = execute(&[program("TWICE", lines)]).unwrap();
+        let moves = motions(&executed);
+        moves.iter().filter(|m| m.burns).count()
+    };
+    let lines = [
+        go,
+        "Arc Start[1]",
+        "L P[2] 12mm/sec FINE Arc Start[1]",
+        "Arc End[1]",
+    ];
+    assert_eq!(laid(&lines), 1);
 }
