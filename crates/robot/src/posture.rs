@@ -24,7 +24,7 @@ mod wide;
 use meltpath_geometry::math::DVec3;
 
 pub use chain::{Chain, End};
-pub use change::{Change, changes};
+pub use change::{Because, Change, changes, turned_back};
 pub use comfort::REACH;
 pub use follow::{Follower, Sample};
 pub use parting::{Bound, Parting, WayEnd, partings};

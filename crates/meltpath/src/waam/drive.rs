@@ -13,6 +13,7 @@ pub(crate) mod hold;
 pub(crate) mod joint_moves;
 pub(crate) mod key_moments;
 pub(crate) mod lean;
+pub(in crate::waam) mod no_way;
 pub(crate) mod other_way;
 pub(crate) mod over;
 pub(crate) mod own_frame;

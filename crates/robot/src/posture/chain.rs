@@ -117,6 +117,12 @@ impl Chain {
         self.legs.last().map_or(0.0, |l| l.begin + l.length)
     }
 
+    /// Whether the arc burns along the move that ends at a length, or leads past it.
+    pub(super) fn burns_at(&self, length: f64) -> bool {
+        let at = self.legs.partition_point(|l| l.begin + l.length < length);
+        self.legs.get(at).is_some_and(|l| l.time.is_some())
+    }
+
     /// The rotation about the wire at a length, rad, and the key place before it.
     pub fn turn_at(&self, length: f64) -> (f64, usize) {
         let after = self.turns.partition_point(|t| t.0 <= length);

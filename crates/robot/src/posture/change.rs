@@ -21,8 +21,19 @@ const TRIED: usize = 8;
 pub struct Change {
     /// The travel.
     pub command: u32,
-    /// Where, and why, no way from before it goes on; nothing where the beads before and after it ask for other directions of the torch.
-    pub why: Option<NotHeld>,
+    /// Why.
+    pub why: Because,
+}
+
+/// Why the arm goes over to another way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Because {
+    /// No way from before goes on past a place.
+    NotHeld(NotHeld),
+    /// The beads before and after ask for other directions of the torch.
+    OtherDirection,
+    /// The positioner turns back, as it has not turns enough to keep the torch upright.
+    TurnedBack,
 }
 
 /// The travels among `travels` on which the arm must go over to another way, in order; none where one way holds each run.
@@ -44,10 +55,31 @@ pub fn changes(
             let (command, tail) = cut(task, &rest, (why.command, travels), observer).ok_or(why)?;
             found.push(Change {
                 command,
-                why: Some(why),
+                why: Because::NotHeld(why),
             });
             rest = tail;
         }
+    }
+    Ok(found)
+}
+
+/// The travels among `travels` on which a positioner that is free turns back, so that it can keep the torch upright along the beads: none
+/// where it has turns enough, or where turning back does not help.
+///
+/// # Errors
+/// [`NotHeld`] where no way holds a run, or the search was stopped.
+pub fn turned_back(
+    task: &Task<'_>,
+    travels: &BTreeSet<u32>,
+    observer: &dyn Observer,
+) -> Result<Vec<Change>, NotHeld> {
+    let mut found = Vec::new();
+    for run in chains(task) {
+        let over = Free::turned_back(task, &run, travels, observer)?;
+        found.extend(over.into_iter().map(|command| Change {
+            command,
+            why: Because::TurnedBack,
+        }));
     }
     Ok(found)
 }

@@ -1,20 +1,26 @@
 //! A run with everything free: chosen wide, drawn narrow, followed, and chosen again where it does not hold.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 
 use meltpath_base::Observer;
+use meltpath_geometry::math::DVec3;
 
 use super::chain::{Chain, End};
-use super::choice::{self, Carried, Choice, Held};
+use super::choice::{self, Carried, Choice, Held, lean};
 use super::follow::verify;
+use super::grid::STEPS;
 use super::narrow::{Drawn, Narrow};
 use super::task::{Guard, Near, NotHeld, Task, Why, guard_places};
-use super::wide::{Wide, is_same};
-use crate::cell::Values;
+use super::wide::{SLACK, Wide, is_same};
+use crate::cell::{Arrangement, Values};
 
 /// Least distance of key places, mm, and of those where ways are chosen wide.
 const NEAR: f64 = 10.0;
 const FAR: f64 = 40.0;
+
+/// A positioner turns back where the torch then leans so much less, rad.
+const WORTH: f64 = TAU / 72.0;
 
 /// How often another way is looked for.
 const ATTEMPTS: usize = 40;
@@ -33,26 +39,84 @@ pub(super) struct Free<'a> {
     drawn: Drawn,
 }
 
-/// Ends of moves at least so far apart, the first and the last among them.
-fn spaced(ends: impl Iterator<Item = f64>, least: f64, whole: f64) -> Vec<f64> {
+/// Ends of moves at least so far apart, or between which the last axis of the positioner has a step to turn; the first and the last
+/// among them.
+fn spaced(
+    ends: impl Iterator<Item = f64>,
+    least: f64,
+    chain: &Chain,
+    turning: Option<Turning>,
+) -> Vec<f64> {
+    let tool = |length: f64| chain.at(length).0.orientation * DVec3::Z;
     let mut spaced = vec![0.0];
     for end in ends {
-        if end - spaced.last().copied().unwrap_or(0.0) >= least {
+        let from = spaced.last().copied().unwrap_or(0.0);
+        if end - from >= least || turning.is_some_and(|t| t.has_a_step(tool(from), tool(end))) {
             spaced.push(end);
         }
     }
+    let whole = chain.length();
     if spaced.last().is_some_and(|last| *last < whole) {
         spaced.push(whole);
     }
     spaced
 }
 
+/// How the last axis of a positioner turns what a torch points at.
+#[derive(Clone, Copy)]
+struct Turning {
+    /// The axis, in the part.
+    axis: DVec3,
+    /// Its step where a way is chosen wide, rad.
+    step: f64,
+}
+
+impl Turning {
+    /// Of a positioner that is to keep the torch upright.
+    fn of(task: &Task<'_>) -> Option<Self> {
+        if task.cell.arrangement != Arrangement::TorchOnRobot {
+            return None;
+        }
+        let last = [2, 1]
+            .into_iter()
+            .find(|i| task.cell.external_joint(*i).is_some())?;
+        let turned = |angle: f64| {
+            let mut external = task.values.external();
+            external.0[last] += angle;
+            let values = Values::of(task.values.arm, external);
+            task.cell.frames(&values).part.orientation
+        };
+        let (axis, _) = (turned(0.0).inverse() * turned(1.0)).to_axis_angle();
+        let step = STEPS[last];
+        Some(Turning { axis, step })
+    }
+
+    /// Whether it has nearly a step to turn for torches that point one way and then another. About torches that stand along it, or lean
+    /// no more than costs nothing, it has none.
+    fn has_a_step(&self, from: DVec3, to: DVec3) -> bool {
+        let leans = |tool: DVec3| tool.cross(self.axis).length() > SLACK.sin();
+        let beside = |tool: DVec3| tool.reject_from_normalized(self.axis);
+        leans(from) && leans(to) && beside(from).angle_between(beside(to)) > 0.8 * self.step
+    }
+}
+
+/// Lengths of the key places of a run.
+fn near_places(task: &Task<'_>, chain: &Chain) -> Vec<f64> {
+    let ends = chain.legs.iter().filter(|l| l.end == End::Target);
+    let ends = ends.map(|l| l.begin + l.length);
+    spaced(ends, NEAR, chain, Turning::of(task))
+}
+
+/// Of the key places those where ways are chosen wide.
+fn far_places(task: &Task<'_>, chain: &Chain, places: &[f64]) -> Vec<f64> {
+    let ends = places.iter().skip(1).copied();
+    spaced(ends, FAR, chain, Turning::of(task))
+}
+
 impl<'a> Free<'a> {
     pub(super) fn new(task: &'a Task<'a>, chain: &'a Chain, guard: Option<Guard<'a>>) -> Self {
-        let whole = chain.length();
-        let ends = chain.legs.iter().filter(|l| l.end == End::Target);
-        let places = spaced(ends.map(|l| l.begin + l.length), NEAR, whole);
-        let far = spaced(places.iter().skip(1).copied(), FAR, whole);
+        let places = near_places(task, chain);
+        let far = far_places(task, chain, &places);
         Free {
             task,
             chain,
@@ -63,6 +127,49 @@ impl<'a> Free<'a> {
             guard,
             drawn: Drawn::default(),
         }
+    }
+
+    /// The travels on which joint moves let the positioner keep the torch upright, where it has not turns enough for the whole run.
+    ///
+    /// # Errors
+    /// [`NotHeld`] where no way holds the run, either.
+    pub(super) fn turned_back(
+        task: &Task<'_>,
+        chain: &Chain,
+        travels: &BTreeSet<u32>,
+        observer: &dyn Observer,
+    ) -> Result<Vec<u32>, NotHeld> {
+        let over = chain.legs.iter().filter(|l| travels.contains(&l.command));
+        let over: Vec<(u32, [f64; 2])> = over
+            .map(|l| (l.command, [l.begin, l.begin + l.length]))
+            .collect();
+        let mut lengths = far_places(task, chain, &near_places(task, chain));
+        lengths.extend(over.iter().flat_map(|o| o.1));
+        lengths.sort_by(f64::total_cmp);
+        lengths.dedup();
+        let between = |[begin, end]: [f64; 2]| move |l: &f64| *l <= begin || *l >= end;
+        for (_, ends) in &over {
+            lengths.retain(between(*ends));
+        }
+        let place = |length: f64| lengths.partition_point(|l| *l < length);
+        let commands: BTreeMap<usize, u32> = over.iter().map(|o| (place(o.1[1]), o.0)).collect();
+        let may = commands.keys().copied().collect();
+        let mut wide = Wide::new(task, chain, lengths, None);
+        let straight = wide.climb(observer)?;
+        let (back, places) = wide.joint_moves(may, observer)?;
+        let leans = |ways: &[Held]| {
+            let along_beads = ways.iter().filter(|way| chain.burns_at(way.length));
+            let leans = along_beads.map(|way| {
+                let carried = Carried::at(task, way.choice.external);
+                lean(task, &carried, chain.at(way.length).0)
+            });
+            leans.fold(0.0, f64::max)
+        };
+        if leans(&straight) - leans(&back) < WORTH {
+            return Ok(Vec::new());
+        }
+        let chosen = places.iter().filter_map(|place| commands.get(place));
+        Ok(chosen.copied().collect())
     }
 
     /// Lets nothing touch at key places: see [`guard_places`].
@@ -190,15 +297,13 @@ fn between(a: &Held, b: &Held, length: f64) -> Choice {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::TAU;
-
     use meltpath_base::Silent;
     use meltpath_data::{find, robots};
     use meltpath_geometry::Pose;
     use meltpath_geometry::math::DVec3;
 
     use super::super::chain::chains;
-    use super::super::choice::{cost, lean};
+    use super::super::choice::cost;
     use super::super::comfort::motion;
     use super::super::task::{Axes, Rotation};
     use super::*;

@@ -28,6 +28,9 @@ const ASKED: usize = 128;
 /// Starts far from rest cost this much per square: only where nothing else decides.
 const REST: f64 = 1e-9;
 
+/// What a joint move in the air costs beside its way, rad²/mm: as much as leaning by some 10° more than costs nothing along 15 mm of bead.
+const OVER: f64 = 0.1;
+
 /// How many ways are kept at a key place: at one place of the axes, and in all.
 #[derive(Clone, Copy)]
 struct Beam {
@@ -54,6 +57,8 @@ struct Kept {
     /// Cost of all before it and itself.
     total: f64,
     before: u16,
+    /// Whether a joint move leads here from the way before.
+    over: bool,
 }
 
 impl Kept {
@@ -64,6 +69,7 @@ impl Kept {
             joints: node.joints.map(|j| j as f32),
             total: node.cost,
             before: 0,
+            over: false,
         }
     }
 
@@ -113,6 +119,8 @@ pub(super) struct Wide<'a> {
     guard: Option<Guard<'a>>,
     /// Where every axis stands before a joint move leads to the begin.
     from: Option<Values>,
+    /// Key places to which a joint move may lead from the one before.
+    over: BTreeSet<usize>,
 }
 
 impl<'a> Wide<'a> {
@@ -133,7 +141,25 @@ impl<'a> Wide<'a> {
             guarded: BTreeMap::new(),
             guard,
             from: None,
+            over: BTreeSet::new(),
         }
+    }
+
+    /// The best way where joint moves may lead to some key places, and those to which one leads.
+    ///
+    /// # Errors
+    /// [`NotHeld`] at the first key place that no way leads to.
+    pub(super) fn joint_moves(
+        &mut self,
+        may: BTreeSet<usize>,
+        observer: &dyn Observer,
+    ) -> Result<(Vec<Held>, Vec<usize>), NotHeld> {
+        self.over = may;
+        self.layers.clear();
+        let ways = self.climb(observer)?;
+        let kept = self.back_from_best();
+        let over = kept.iter().enumerate().filter(|(_, kept)| kept.over);
+        Ok((ways, over.map(|(place, _)| place).collect()))
     }
 
     /// A joint move leads to the begin from where every axis stands, if from anywhere.
@@ -193,18 +219,26 @@ impl<'a> Wide<'a> {
     }
 
     /// The ways that lead to the best one at the end.
-    fn back(&self) -> Vec<Held> {
+    fn back_from_best(&self) -> Vec<Kept> {
         let last = self.layers.last().map_or(&[][..], |l| &l[..]);
         let best = last.iter().enumerate();
         let best = best.min_by(|a, b| a.1.total.total_cmp(&b.1.total));
         let mut at = best.map_or(0, |(i, _)| i);
         let mut ways = Vec::with_capacity(self.layers.len());
-        for (layer, length) in self.layers.iter().zip(&self.lengths).rev() {
+        for layer in self.layers.iter().rev() {
             let Some(kept) = layer.get(at) else { break };
-            ways.push(self.held(kept, *length));
+            ways.push(*kept);
             at = usize::from(kept.before);
         }
         ways.reverse();
+        ways
+    }
+
+    /// The same, each with its length.
+    fn back(&self) -> Vec<Held> {
+        let kept = self.back_from_best();
+        let held = kept.iter().zip(&self.lengths);
+        let mut ways: Vec<Held> = held.map(|(k, length)| self.held(k, *length)).collect();
         for i in 1..ways.len() {
             let before = ways[i - 1].choice.heading;
             ways[i].choice.heading = choice::unwound(ways[i].choice.heading, before);
@@ -229,7 +263,8 @@ impl<'a> Wide<'a> {
         let (tip, _) = self.chain.at(length);
         let before = place.checked_sub(1).map(|i| &self.layers[i][..]);
         let gone = length - place.checked_sub(1).map_or(0.0, |i| self.lengths[i]);
-        let nodes = self.nodes(tip, self.tried(before, gone))?;
+        let over = self.over.contains(&place);
+        let nodes = self.nodes(tip, self.tried(before.filter(|_| !over), gone))?;
         let Some(before) = before else {
             let begun = nodes.iter().map(|n| self.begun(n)).collect();
             return Ok(self.cut(place, begun));
@@ -239,9 +274,12 @@ impl<'a> Wide<'a> {
             .par_iter()
             .map(|nodes| {
                 let from = self.beside(nodes[0].cube, before, gone);
-                let led = nodes
-                    .iter()
-                    .map(|n| self.led(n, before, &from, (place, gone)));
+                let led = nodes.iter().map(|n| {
+                    let led = self.led(n, before, &from, (place, gone));
+                    let over = over.then(|| self.gone_over(n, before)).flatten();
+                    let cheapest = |a: &Kept, b: &Kept| a.total.total_cmp(&b.total);
+                    led.into_iter().chain(over).min_by(cheapest)
+                });
                 led.flatten().collect()
             })
             .collect();
@@ -436,6 +474,22 @@ impl<'a> Wide<'a> {
         best.map(|(total, i)| Kept {
             total,
             before: i as u16,
+            ..Kept::of(node)
+        })
+    }
+
+    /// A way with the best of those before from which a joint move leads to it.
+    fn gone_over(&self, node: &Node, before: &[Kept]) -> Option<Kept> {
+        let stands = |joints, cube| Values::of(joints, self.grid.value(cube));
+        let to = stands(node.joints, node.cube);
+        let totals = before
+            .iter()
+            .map(|k| k.total + cost_of(&stands(k.joints(), k.cube), &to));
+        let best = totals.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(i, total)| Kept {
+            total: total + node.cost + OVER,
+            before: i as u16,
+            over: true,
             ..Kept::of(node)
         })
     }

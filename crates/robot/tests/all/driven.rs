@@ -10,7 +10,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_robot::cell::{self, Cell, Stance, Values};
 use meltpath_robot::driven::{Driven, drive};
 use meltpath_robot::interpolation::fir::simulate;
-use meltpath_robot::posture::{Axes, Rotation, Task, Why, changes, hold};
+use meltpath_robot::posture::{Axes, Because, Rotation, Task, Why, changes, hold};
 use meltpath_robot::travel::least_time;
 use meltpath_robot::{Command, Controller, Smoothing, Source};
 use meltpath_toolpath::{MotionBlock, Weave, WeaveShape};
@@ -264,7 +264,7 @@ fn the_arm_goes_over_where_no_way_holds_both_sides() {
     let found = changes(&task, &BTreeSet::from([2]), &Silent).unwrap();
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!(found[0].command, 2);
-    assert!(!matches!(found[0].why.map(|n| n.why), Some(Why::Stopped)));
+    assert!(matches!(found[0].why, Because::NotHeld(not) if not.why != Why::Stopped));
     // a table that hardly turns does not help
     let mut tilting = cell.clone();
     for joint in &mut tilting.positioner.as_mut().unwrap().joints {

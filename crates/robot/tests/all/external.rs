@@ -1,6 +1,6 @@
 //! Programs held with track and positioner free: every axis in step, within limits, the torch down where a table can turn it so.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::time::Instant;
 
@@ -9,8 +9,11 @@ use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_robot::cell::{self, Cell, Stance, Values};
+use meltpath_robot::command::Kind;
 use meltpath_robot::kinematics::numeric::distance;
-use meltpath_robot::posture::{Axes, Follower, Held, NotHeld, Rotation, Sample, Task, Why, hold};
+use meltpath_robot::posture::{
+    Axes, Because, Follower, Held, NotHeld, Rotation, Sample, Task, Why, hold, turned_back,
+};
 use meltpath_robot::{Command, Smoothing, Source};
 
 static ANY: BTreeMap<Option<u32>, Stance> = BTreeMap::new();
@@ -142,6 +145,69 @@ speed = ["120 deg/s"]
 "#;
 
 /// Beads round a bar that lies level: the table rolls it under a torch that stays down.
+/// Rings on a cone that opens by `angle`, one over the other, all laid the same way round; the moves over between them.
+fn cone(angle: f64, rings: u32) -> ((Pose, Vec<Command>), BTreeSet<u32>) {
+    let at = |k: u32, i: u32| {
+        // each begins a third of a turn farther
+        let (s, c) = (TAU * (f64::from(i) / 48.0 + f64::from(k) / 3.0)).sin_cos();
+        let up = 2.0 * f64::from(k);
+        let out = DVec3::new(c, s, 0.0);
+        let axis = angle.cos() * DVec3::Z - angle.sin() * out;
+        ((30.0 + up * angle.tan()) * out + up * DVec3::Z, axis)
+    };
+    let mut points = vec![(at(0, 0), Source::Off)];
+    let mut over = BTreeSet::new();
+    for k in 0..rings {
+        if k > 0 {
+            let above = |(p, axis): (DVec3, DVec3)| ((p + 40.0 * DVec3::Z, axis), Source::Off);
+            points.push(above(at(k - 1, 48)));
+            over.insert(points.len() as u32 - 1);
+            points.push(above(at(k, 0)));
+            points.push((at(k, 0), Source::Off));
+        }
+        points.extend((1..=48).map(|i| (at(k, i), Source::On { wire_feed: 130.0 })));
+    }
+    let places: Vec<(DVec3, DVec3)> = points.iter().map(|p| p.0).collect();
+    let (start, mut commands) = beads(&places);
+    for (command, (_, source)) in commands.iter_mut().zip(&points[1..]) {
+        command.source = *source;
+    }
+    ((start, commands), over)
+}
+
+/// A table that turns by two turns and a bit holds the torch down along each ring where it may turn back in the air between: without, it leans
+/// as far as the cone where it has turns no more.
+#[test]
+fn a_table_turns_back_in_the_air() {
+    let mut cell = with("fanuc-arcmate-120ic", "");
+    let limits = &mut cell.positioner.as_mut().unwrap().joints[1].limits;
+    (limits.low, limits.high) = (-1.2 * TAU, 1.2 * TAU);
+    let angle = 30.0_f64.to_radians();
+    let (program, over) = cone(angle, 4);
+    let straight = free(&cell, &program).unwrap();
+    let leans = |held: &Held| held.margins.lean.unwrap().greatest.value.to_degrees();
+    assert!(leans(&straight) > 20.0, "{}", leans(&straight));
+    let task = self::task(&cell, &program, Axes::Free);
+    let changes = turned_back(&task, &over, &Silent).unwrap();
+    assert!(!changes.is_empty() && changes.len() <= 3, "{changes:?}");
+    let known = |c: &meltpath_robot::posture::Change| {
+        over.contains(&c.command) && c.why == Because::TurnedBack
+    };
+    assert!(changes.iter().all(known), "{changes:?}");
+    let mut back = program.clone();
+    for change in &changes {
+        back.1[change.command as usize].kind = Kind::Joint(None);
+    }
+    let held = free(&cell, &back).unwrap();
+    assert!(leans(&held) < 8.0, "{}", leans(&held));
+    // a table that turns on and on needs none
+    let limits = &mut cell.positioner.as_mut().unwrap().joints[1].limits;
+    (limits.low, limits.high) = (-20.0 * TAU, 20.0 * TAU);
+    let task = self::task(&cell, &program, Axes::Free);
+    assert_eq!(turned_back(&task, &over, &Silent).unwrap(), []);
+    assert!(leans(&free(&cell, &program).unwrap()) < 8.0);
+}
+
 #[test]
 fn a_bar_is_clad_on_one_axis() {
     let cell = with("abb-irb2600-12-185", ROLLER);

@@ -14,7 +14,7 @@ use meltpath_programs::program::{
     Coordinates, Instruction, MotionInstruction, MotionKind, Termination,
 };
 use meltpath_robot::command::{Kind, Source};
-use meltpath_robot::posture::{Change, NotHeld, Task, changes};
+use meltpath_robot::posture::{Change, NotHeld, Task, changes, turned_back};
 
 use crate::waam::program::Commands;
 
@@ -34,6 +34,18 @@ pub(in crate::waam) fn in_the_air(
     observer: &dyn Observer,
 ) -> Result<Vec<Change>, NotHeld> {
     changes(task, &travels(moves), observer)
+}
+
+/// The travels on which a positioner that is free turns back, so that the torch can stand upright along the beads.
+///
+/// # Errors
+/// [`NotHeld`] where no way holds the program.
+pub(in crate::waam) fn turned_back_in_the_air(
+    task: &Task<'_>,
+    moves: &Commands,
+    observer: &dyn Observer,
+) -> Result<Vec<Change>, NotHeld> {
+    turned_back(task, &travels(moves), observer)
 }
 
 /// Of each way between two beads the move that goes over: the one that stays highest, and of those the longest.

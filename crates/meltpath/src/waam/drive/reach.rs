@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
 use meltpath_programs::{Dialect, Program};
-use meltpath_robot::cell::{Arrangement, Cell, Stance};
+use meltpath_robot::cell::{Arrangement, Cell, Stance, Values};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::driven::Driven;
 use meltpath_robot::joint_move::JointMove;
-use meltpath_robot::kinematics::Unreachable;
-use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
+use meltpath_robot::posture::{Because, Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::axes::{axis, guessed, shown};
@@ -21,7 +20,10 @@ use crate::waam::drive::hold::{ends, followed};
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
 use crate::waam::drive::lean::Turned;
-use crate::waam::drive::positions::{Positions, joint_move, named, stance, stands, written_stance};
+use crate::waam::drive::no_way::{not_held, what_stands, why};
+use crate::waam::drive::positions::{
+    Positions, Reached, joint_move, named, stance, stands, written_stance,
+};
 use crate::waam::drive::said_frames;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
@@ -48,6 +50,8 @@ pub(crate) struct Along {
     driven: Option<Driven>,
     /// Joint moves of whose end the program does not say how the arm stands.
     unsaid: Vec<u32>,
+    /// In how many ways the arm can stand at the first position, where the program does not say in which.
+    begins: Option<usize>,
     /// The way of the axes.
     steps: Vec<Step>,
 }
@@ -80,10 +84,14 @@ pub(in crate::waam) fn along(
             changes: Vec::new(),
             driven: driven::told(moves, settings),
             unsaid: joint_moves.iter().filter(said).map(|m| m.command).collect(),
+            begins: None,
             steps,
         };
         let mut before = None;
         for reached in ends(&task, &held)? {
+            if reached.command.is_none() && !stands.contains_key(&None) {
+                along.begins = Some(ways(cell, &reached)).filter(|ways| *ways > 1);
+            }
             let found = stance(cell, dialect, reached.joints);
             let Some(found) = found.filter(|s| !matches!(s, Stance::Joints(_))) else {
                 continue;
@@ -113,6 +121,17 @@ pub(in crate::waam) fn along(
         }
         Ok(along)
     }))
+}
+
+/// In how many ways, turns of its joints among them, the arm can stand at the end of a move.
+fn ways(cell: &Cell, reached: &Reached) -> usize {
+    let values = Values::of(reached.joints, reached.external);
+    let found = cell
+        .arm
+        .inverse(cell.base_from_flange(reached.tip, &values));
+    let found = found.map(|f| f.solutions).unwrap_or_default();
+    let within = found.iter().filter(|s| s.margin >= 0.0);
+    within.map(|s| cell.arm.turns(s.angles).len()).sum()
 }
 
 /// What is shown of the robot; nothing where it does not hold the torch along the whole program.
@@ -196,7 +215,7 @@ pub(in crate::waam) fn checks(
             );
             checks
         }
-        Ok(along) => vec![
+        Ok(along) => [
             guessed(reached(along, moves, settings, cell), &cell.guesses()),
             guessed(
                 driven::speed(
@@ -213,6 +232,7 @@ pub(in crate::waam) fn checks(
             collision(along, moves, settings, cell),
             config(along, cell),
         ]
+        .map(|check| begun(check, along, moves))
         .into_iter()
         .chain(track(along, moves, cell))
         .collect(),
@@ -284,14 +304,6 @@ fn track(along: &Along, moves: &Commands, cell: &Cell) -> Option<Check> {
     Some(guessed(check, &cell.guesses()))
 }
 
-/// The table of the robot's file that says where that stands which it works on or with.
-fn what_stands(cell: Option<&Cell>) -> &'static str {
-    match cell.map(|cell| cell.arrangement) {
-        Some(Arrangement::PartOnRobot) => "[torch]",
-        _ => "[table]",
-    }
-}
-
 /// The pair that comes nearest, and those after it.
 fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) -> Check {
     let Some([worst, ..]) = along.closest.as_deref() else {
@@ -341,6 +353,23 @@ fn swung(check: Check, room: f64, moves: &Commands) -> Check {
     .because(&format!(
         "the torch swings {swing:.1} mm beside the path that is followed, farther than there is room beyond the limit"
     ))
+}
+
+/// Nothing passes where the arm may begin another way than is taken here: from there it goes along another way as a whole.
+fn begun(check: Check, along: &Along, moves: &Commands) -> Check {
+    let Some(ways) = along.begins.filter(|_| check.status == Status::Pass) else {
+        return check;
+    };
+    let (program, line) = moves.start_line;
+    Check {
+        status: Status::CannotSay,
+        ..check
+    }
+    .because(&format!(
+        "how the arm stands at the first position is not said (program {}, line {line}), and it can in {ways} ways; what was checked goes on from one that was chosen here",
+        program + 1
+    ))
+    .remedy("touch up the first position at the controller, so that it carries a configuration, or lead there by joints")
 }
 
 /// Nothing passes on joint moves that may end another way than is taken here: the arm then sweeps elsewhere.
@@ -446,51 +475,6 @@ fn not_reached(not: &NotHeld, moves: &Commands, (settings, cell): (&Settings, &C
         .remedy(remedy)
 }
 
-/// Why a place cannot be held by a cell, and what to do about it.
-pub(in crate::waam) fn not_held(not: &NotHeld, cell: &Cell) -> (String, String) {
-    why(not, what_stands(Some(cell)))
-}
-
-/// Why a place cannot be held, and what to do about it where this table of the robot's file says what stands.
-fn why(not: &NotHeld, table: &str) -> (String, String) {
-    let file = format!("machine.place, or {table} of the robot's file");
-    match not.why {
-        Why::Unreachable(why) => (
-            why.to_string(),
-            match why {
-                Unreachable::TooFar { .. } => format!("move the part nearer: {file}"),
-                Unreachable::TooNear { .. } => format!("move the part away: {file}"),
-                Unreachable::BesideAxis { .. } => {
-                    format!("move the part away from the first axis: {file}")
-                }
-                Unreachable::AtBorder | Unreachable::NothingFound => {
-                    format!("move the part a little: {file}")
-                }
-            },
-        ),
-        Why::Limit { joint, by } => (
-            format!("whatever the rotation about the wire, a joint is beyond its limits: at best joint {}, by {:.1} deg", joint + 1, by.to_degrees()),
-            format!("move the part: {file}"),
-        ),
-        Why::External { axis: number, by } => (
-            format!("{} would go {} beyond its limit", axis(6 + number), match number {
-                0 => format!("{by:.1} mm"),
-                _ => format!("{:.1} deg", by.to_degrees()),
-            }),
-            "limits of the robot's file, or the part elsewhere: machine.place".to_owned(),
-        ),
-        Why::Stopped => ("the search was stopped".to_owned(), "run it again".to_owned()),
-        Why::Configuration(wanted) => (
-            format!("no way to hold the torch there within limits is {wanted}, as the program says"),
-            "touch up the position at the controller".to_owned(),
-        ),
-        Why::Change => (
-            "the torch can be held there, but not by going on from the places before: the arm would have to change its configuration, or wind a joint beyond its limits, within a move".to_owned(),
-            "move the part, so that the wrist stays on one side of the first axis and its own axes do not come in line".to_owned(),
-        ),
-    }
-}
-
 /// Joint moves over which the arm goes to another way, and why.
 fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
     let seen = along.changes.iter().map(|c| c.0);
@@ -505,12 +489,15 @@ fn way_changes(along: &Along, moves: &Commands) -> Option<Fact> {
         let stood = stood.map(|(_, [before, after])| format!(" from {before} to {after}"));
         let over = moves.over.iter().find(|o| o.command == *command);
         let since = over.map(|o| match &o.why {
-            Some(not) => {
+            Because::NotHeld(not) => {
                 let at = moves.place(not.command, not.position);
                 let why = why(not, what_stands(None)).0;
                 format!(", as no way from before leads past {at}: {why}")
             }
-            None => ", as the torch goes on in another direction".to_owned(),
+            Because::OtherDirection => ", as the torch goes on in another direction".to_owned(),
+            Because::TurnedBack => {
+                ", so that the positioner turns back and keeps the torch upright".to_owned()
+            }
         });
         let [stood, since] = [stood, since].map(Option::unwrap_or_default);
         format!("at {}{stood}{since}", place(*command))

@@ -9,7 +9,7 @@ use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{
     self, Clearance, Cleared, Surroundings, hold_clear, is_nearest_on,
 };
-use meltpath_robot::posture::{self, Change, NotHeld, Rotation, Task, hold};
+use meltpath_robot::posture::{self, Because, Change, NotHeld, Rotation, Task, hold};
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::{ArmWay, Over};
@@ -24,6 +24,12 @@ use crate::waam::settings::Settings;
 
 /// Room that the way keeps beyond what the verdict asks for, mm.
 const SPARE: f64 = 1.0;
+
+/// A torch that a positioner carries the part under leans no farther, as a rule, rad: from here on it may turn back in the air.
+const LEANS: f64 = 20.0 * DEGREE;
+/// It turns back where the torch then leans so much less, rad.
+const WORTH: f64 = 5.0 * DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// What is told where no way holds a program.
 #[derive(Default)]
@@ -62,7 +68,7 @@ pub(super) fn looked_for(
     if !turns.is_empty() && is_in_vain(&task, moves, (site, &between), &cleared) {
         let turns = turns.iter().map(|turn| Change {
             command: turn.over,
-            why: None,
+            why: Because::OtherDirection,
         });
         let over = over_to(
             turns.collect(),
@@ -77,6 +83,20 @@ pub(super) fn looked_for(
             return Ok(Ok(way));
         }
     }
+    if let Ok(straight) = &cleared
+        && free_axes
+        && told
+        && let leans = greatest_lean(straight)
+        && leans > LEANS
+        && let Ok(changes) = over::turned_back_in_the_air(&task, moves, observer)
+        && !changes.is_empty()
+        && let Some((way, _)) = over_to(changes, (programs, schedules), moves, site, observer)?
+        && greatest_lean(&way.cleared) < leans - WORTH
+        && (way.cleared.found == Clearance::Kept || straight.found != Clearance::Kept)
+    {
+        return Ok(Ok(way));
+    }
+    observer.check()?;
     let none = match cleared {
         Ok(cleared) => {
             let along = (moves.start, &moves.commands[..]);
@@ -105,6 +125,11 @@ pub(super) fn looked_for(
             Ok(Err(NoWay { divisions, ..none }))
         }
     }
+}
+
+/// How far the torch leans from straight down at most while the arc burns, rad.
+fn greatest_lean(cleared: &Cleared) -> f64 {
+    cleared.held.margins.lean.map_or(0.0, |l| l.greatest.value)
 }
 
 /// Whether no way leads straight along a program, or the one that was found comes too near something, and nearest along some of its moves.

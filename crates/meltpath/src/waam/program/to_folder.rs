@@ -10,7 +10,7 @@ use meltpath_toolpath::Toolpath;
 
 use crate::waam::drive::division;
 use crate::waam::drive::hold;
-use crate::waam::drive::reach;
+use crate::waam::drive::no_way;
 use crate::waam::drive::site::Site;
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, load};
@@ -149,7 +149,7 @@ fn not_judged(settings: &Settings, wanted: Wanted, reporter: &Reporter) {
 /// Tells where the robot does not hold the torch along programs.
 fn not_held(programs: &Programs, settings: &Settings, reporter: &Reporter) {
     if let (Some(not), Some(cell)) = (&programs.chosen.not_held, &settings.robot) {
-        let (reason, remedy) = reach::not_held(not, cell);
+        let (reason, remedy) = no_way::not_held(not, cell);
         reporter.warn_at(
             "not-reached",
             format!("the robot does not hold the torch along these programs: {reason}"),
