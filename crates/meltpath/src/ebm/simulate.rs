@@ -313,6 +313,7 @@ pub fn simulate(
     let judged = judged(plan, preview.as_ref(), better, observer)?;
     if let (Some(judged), Some(_), None) = (&judged, &found, &corrected) {
         shape::tell_of_shape(judged, reporter);
+        shape::tell_of_loss(judged, reporter);
     }
     let paths_judged = judged
         .iter()

@@ -429,6 +429,13 @@ fn the_whole_section_is_judged() {
     );
     assert_eq!(whole("unmelted").0, Status::Pass);
     assert_eq!(whole("unfused").0, Status::Pass);
+    // nothing passes on a ground that no machine has
+    let boxed = checked(
+        "ground = \"thesis-box\"\n[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n",
+    );
+    let (status, _, reason) = boxed("unmelted");
+    assert_eq!(status, Status::CannotSay, "{reason}");
+    says(&reason, &["thesis-box"]);
     let (status, share, _) = whole("molten-outside");
     assert!(status == Status::Fail && share > 10.0, "{status:?} {share}");
     let (status, away, _) = whole("molten-farthest");

@@ -47,6 +47,10 @@ pub(in crate::ebm) fn checks(plan: &Plan, outcome: &Outcome) -> Vec<Check> {
     let spots = path.points().iter().map(|p| p.spot);
     let smallest = spots.fold(f64::INFINITY, f64::min);
     let mut checks = of_temperatures((&plan.settings, smallest), outcome);
+    let ground = plan.settings.judge.as_ref().map(|judging| judging.ground);
+    if ground == Some(JudgeGround::ThesisBox) {
+        checks = checks.into_iter().map(on_thesis_box).collect();
+    }
     checks.push(at_gun::check(outcome.gun.as_ref()));
     checks.extend(plan.part.as_ref().and_then(whole_layer));
     checks
@@ -177,6 +181,20 @@ fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec
         checks.push(check.at(Place::at([x, y, 0.0])));
     }
     checks
+}
+
+/// Nothing passes on a ground that no machine has.
+fn on_thesis_box(check: Check) -> Check {
+    if check.status != Status::Pass {
+        return check;
+    }
+    let check = Check {
+        status: Status::CannotSay,
+        ..check
+    };
+    check
+        .because("the ground is held at the start temperature half a millimetre away (judge.ground = \"thesis-box\"): colder than a machine's, and not converged in its depth")
+        .remedy("judge.ground = \"half-space\" or \"plate\"")
 }
 
 /// What is judged, each with its limit.

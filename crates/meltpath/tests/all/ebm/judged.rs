@@ -151,6 +151,18 @@ fn a_found_path_is_told_beside_the_given_one() {
     let grew = verdict.warnings.iter().find(|w| w.code == "outside-grew");
     let remedy = grew.unwrap().remedy.as_ref().unwrap();
     assert!(remedy.contains("[correct]"), "{grew:?}");
+    // and where it has less in the window, or more that is not molten
+    let lost = verdict.warnings.iter().find(|w| w.code == "search-lost");
+    let check = |id: &str| verdict.checks.iter().find(|c| c.id == id).unwrap();
+    let value = |id: &str| check(id).value.as_ref().unwrap().value;
+    let before = fact("in-window-given").value.as_ref().unwrap().value;
+    println!("{before} {} {lost:?}", value("in-window"));
+    let told = |what: &str| lost.is_some_and(|l| l.message.contains(what));
+    assert_eq!(
+        told("in the window"),
+        value("in-window") < before - 1.0,
+        "{lost:?}"
+    );
 }
 
 /// What the path leaves out of the section counts, however far beside it lies: a strip ten times as long is as much less in the window.
