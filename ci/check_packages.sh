@@ -27,4 +27,4 @@ root = re.sub(r"^exclude = .*\n", "", root, flags=re.M)
 print(len(patches), "packages")
 PY
 cp Cargo.lock "$place/"
-cargo check --manifest-path "$place/Cargo.toml" --target-dir "$target" --workspace --lib --bins --tests --quiet
+cargo check --release --manifest-path "$place/Cargo.toml" --target-dir "$target" --workspace --lib --bins --tests --quiet
