@@ -96,8 +96,8 @@ fn dark_check(
 /// What no mark of a file comes near, and the marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
 pub(super) fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
     let undecided = |c: &&Check| c.status != Status::Pass;
-    let enclosed = plan.enclosed.as_ref().filter(undecided).cloned();
-    let mut lines: Vec<String> = enclosed.map(words).into_iter().collect();
+    let enclosed = plan.enclosed.checks.iter().filter(undecided).cloned();
+    let mut lines: Vec<String> = enclosed.map(words).collect();
     if *plan.settings.job.lpbf.delays == DelayChoice::Tuned {
         return Ok(lines);
     }
@@ -126,11 +126,8 @@ fn words(check: Check) -> String {
 }
 
 /// Judges every recipe.
-pub(super) fn checks(
-    settings: &Settings,
-    results: &[RecipeResult<'_>],
-    reporter: &Reporter,
-) -> Vec<Check> {
+pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
+    let settings = &plan.settings;
     let motors = ['x', 'y', 'z'].into_iter().zip(settings.data.misfits);
     let motors = motors.filter_map(|(axis, over)| Some(of_motor(axis, over?)));
     let mut checks: Vec<Check> = motors.collect();
@@ -150,7 +147,7 @@ pub(super) fn checks(
         let limit = *settings.job.checks.fill_rate;
         checks.extend(limit.and_then(|limit| {
             let id = format!("fill-{number}");
-            let check = fill_check(settings, r, (&id, &r.fill_title()), limit.0)?;
+            let check = fill_check(plan, r, (&id, &r.fill_title()), limit.0)?;
             Some(known(check))
         }));
     }
@@ -252,11 +249,12 @@ fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) 
 
 /// How much of the surface of a job is reached, against a least share, whatever the friction; `None` where nothing is filled.
 pub(super) fn fill_check(
-    settings: &Settings,
+    plan: &Plan,
     result: &RecipeResult<'_>,
     (id, title): (&str, &str),
     least: f64,
 ) -> Option<Check> {
+    let settings = &plan.settings;
     let filled = |fill: &FillShare| {
         let rate = fill.judged();
         let found = Measure::new(100.0 * rate.share, 100.0 * rate.doubt, "%");
@@ -282,7 +280,9 @@ pub(super) fn fill_check(
         })
     };
     let check = filled(&result.fill(JUDGED)?);
-    Some(over_the_range(check, result, |end| {
-        end.fill.as_ref().map(filled)
-    }))
+    let check = over_the_range(check, result, |end| end.fill.as_ref().map(filled));
+    Some(match &plan.enclosed.doubt {
+        Some(doubt) => doubt.leaves_open(check),
+        None => check,
+    })
 }

@@ -104,14 +104,15 @@ impl<'a> OnTheWhole<'a> {
     }
 
     /// Its fill rate against the bound of the search, where `[checks]` does not judge the same.
-    pub(super) fn fill_check(&self, settings: &Settings) -> Option<Check> {
+    pub(super) fn fill_check(&self, plan: &Plan) -> Option<Check> {
+        let settings = &plan.settings;
         let bound = self.fill?;
         if settings.job.checks.fill_rate.is_some_and(|l| l.0 == bound) {
             return None;
         }
         let name = &self.result.recipe.name;
         let title = format!("{name}: fill rate against the bound of the search");
-        let check = fill_check(settings, self.result, (FILL, &title), bound)?;
+        let check = fill_check(plan, self.result, (FILL, &title), bound)?;
         let remedy =
             "a lower optimise.fill_rate, slower fills in optimise.fill_speed, or a closer hatch";
         Some(unless_guessed(check.remedy(remedy), settings))

@@ -130,12 +130,12 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(settings, &results, &reporter);
-    checks.extend(plan.enclosed.clone());
+    let mut checks = checks(&plan, &results, &reporter);
+    checks.extend(plan.enclosed.checks.clone());
     let whole = found
         .as_ref()
         .and_then(|f| optimise::OnTheWhole::of(f, settings, &results));
-    checks.extend(whole.as_ref().and_then(|w| w.fill_check(settings)));
+    checks.extend(whole.as_ref().and_then(|w| w.fill_check(&plan)));
     undecided(&mut checks, &plan.work);
     let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
@@ -532,7 +532,8 @@ fn resolved(
         let mut plan = plan(settings, job, here, observer)?;
         let surveys = refuse::check(job, &plan)?;
         let hatch = surveys.iter().find_map(|s| s.hatch);
-        plan.enclosed = enclosed::check(&plan.work, hatch);
+        let spot = 2.0 * plan.settings.data.head.beam.waist;
+        plan.enclosed = enclosed::check(&plan.work, hatch, spot);
         Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {
