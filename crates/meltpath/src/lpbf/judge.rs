@@ -11,6 +11,7 @@ use meltpath_scan_head::head::head_axis::HeadAxis;
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::fill_share::FillShare;
+use meltpath_scan_head::measures::stray_light::StrayLight;
 
 use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
@@ -144,6 +145,12 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
         checks.extend(
             unlit(&r.errors).map(|check| known(over_the_range(check, r, |end| unlit(&end.errors)))),
         );
+        // tuned delays leave as little as the marks bear, and tell it
+        if *settings.job.lpbf.delays == DelayChoice::Recipe {
+            let stray = |errors: &PathErrors| stray(settings, number, name, &errors.stray);
+            let check = over_the_range(stray(&r.errors), r, |end| Some(stray(&end.errors)));
+            checks.push(known(check));
+        }
         let limit = *settings.job.checks.fill_rate;
         checks.extend(limit.and_then(|limit| {
             let id = format!("fill-{number}");
@@ -245,6 +252,31 @@ fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) 
         DelayChoice::Tuned => "slower contours, or longer waits after jumps and marks",
     };
     Some(check.because(&reason).at(place).remedy(delays))
+}
+
+/// The longest stretch of light far from all marks, with delays that are given.
+fn stray(settings: &Settings, number: usize, recipe: &str, stray: &StrayLight) -> Check {
+    let spot = 2.0 * settings.data.head.beam.waist;
+    let most = spot.max(settings.job.checks.contour_error.0);
+    let check = Check::judge(
+        &format!("stray-{number}"),
+        &format!("{recipe}: longest stretch of light where no mark is"),
+        Measure::exact(stray.longest.length, "mm"),
+        Limit::AtMost(most),
+    );
+    if stray.length == 0.0 {
+        return check;
+    }
+    let reason = format!(
+        "{} mm in all lie farther than the spot's diameter from any mark",
+        significant(stray.length, 3)
+    );
+    let place = Place {
+        layer: Some(stray.longest.layer),
+        ..Place::at(stray.longest.from.extend(0.0).to_array())
+    };
+    let remedy = "lpbf.delays = \"tuned\", or a shorter laser-off and a longer laser-on delay";
+    check.because(&reason).at(place).remedy(remedy)
 }
 
 /// How much of the surface of a job is reached, against a least share, whatever the friction; `None` where nothing is filled.
