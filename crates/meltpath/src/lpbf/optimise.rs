@@ -13,6 +13,7 @@ use meltpath_scan_head::search::{Bounds, Candidate, Found, MAY_LOSE, Marks, Prob
 
 use super::friction::unless_guessed;
 use super::judge::fill_check;
+use super::paced::unless_slowed;
 use super::plan::Plan;
 use super::result::{JUDGED, MODES, RecipeResult};
 use super::settings::Settings;
@@ -115,7 +116,8 @@ impl<'a> OnTheWhole<'a> {
         let check = fill_check(plan, self.result, (FILL, &title), bound)?;
         let remedy =
             "a lower optimise.fill_rate, slower fills in optimise.fill_speed, or a closer hatch";
-        Some(unless_guessed(check.remedy(remedy), settings))
+        let check = unless_guessed(check.remedy(remedy), settings);
+        Some(unless_slowed(check, self.result.survey))
     }
 
     /// The worst that its checks against the bounds say.

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use meltpath_base::number::significant;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Length, Observer, Origin, Place, Provenance, Reporter, Warning};
+use meltpath_base::{Check, Length, Observer, Origin, Place, Provenance, Reporter, Warning};
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::files::PlateTable;
 
@@ -34,6 +34,8 @@ pub struct Plan {
     pub warnings: Vec<Warning>,
     /// What the contours of a file's layers tell.
     pub enclosed: Enclosure,
+    /// What is said of layers of a file that are not run.
+    pub left_out: Option<Check>,
 }
 
 /// Plans what `settings` say of a job that lies in `folder`; `job` gives the places of problems.
@@ -60,6 +62,7 @@ pub fn plan(
         work,
         warnings: reporter.warnings(),
         enclosed: Enclosure::default(),
+        left_out: None,
     })
 }
 

@@ -28,7 +28,7 @@ use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
 use super::result::{AtEnd, JUDGED, MODES, Path2d, RecipeResult};
 use super::settings;
-use super::{motion, optimise, refuse, toolpath_file};
+use super::{left_out, motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::enclosed;
@@ -132,6 +132,7 @@ pub fn run(
     }
     let mut checks = checks(&plan, &results, &reporter);
     checks.extend(plan.enclosed.checks.clone());
+    checks.extend(plan.left_out.clone());
     let whole = found
         .as_ref()
         .and_then(|f| optimise::OnTheWhole::of(f, settings, &results));
@@ -512,9 +513,9 @@ pub fn examine(
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Examined, LpbfError> {
-    let (plan, _) = resolved(job_file, job, text, observer)?;
+    let (plan, surveys) = resolved(job_file, job, text, observer)?;
     Ok(Examined {
-        notes: foretold(&plan)?,
+        notes: foretold(&plan, &surveys)?,
         provenance: plan.settings.provenance,
         warnings: plan.warnings,
     })
@@ -534,6 +535,7 @@ fn resolved(
         let hatch = surveys.iter().find_map(|s| s.hatch);
         let spot = 2.0 * plan.settings.data.head.beam.waist;
         plan.enclosed = enclosed::check(&plan.work, hatch, spot);
+        plan.left_out = left_out::check(&plan);
         Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {
