@@ -11,5 +11,6 @@ pub mod histogram;
 pub(crate) mod light;
 pub mod outline;
 pub mod segment;
+pub mod stray_light;
 mod sweep;
 pub mod swept_surface;

@@ -9,11 +9,14 @@ use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
 use meltpath_scan_head::head::head_axis::HeadAxis;
 use meltpath_scan_head::head::recipe::LaserDelays;
+use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::fill_share::FillShare;
+use meltpath_scan_head::measures::stray_light::StrayLight;
 
 use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
+use super::paced;
 use super::plan::Plan;
 use super::result::{JUDGED, RecipeResult, fill_words};
 use super::settings::Settings;
@@ -93,11 +96,21 @@ fn dark_check(
     ))
 }
 
-/// What no mark of a file comes near, and the marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
-pub(super) fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
+/// What is known before anything is run: what no mark of a file comes near, marks that run otherwise than commanded, and those that the recipes'
+/// own delays leave dark; tuned delays leave none.
+pub(super) fn foretold(plan: &Plan, surveys: &[Survey]) -> Result<Vec<String>, HeadError> {
     let undecided = |c: &&Check| c.status != Status::Pass;
-    let enclosed = plan.enclosed.as_ref().filter(undecided).cloned();
-    let mut lines: Vec<String> = enclosed.map(words).into_iter().collect();
+    let enclosed = plan.enclosed.checks.iter().filter(undecided).cloned();
+    let mut lines: Vec<String> = enclosed.map(words).collect();
+    lines.extend(plan.left_out.iter().cloned().map(words));
+    for (k, (recipe, survey)) in plan.settings.recipes.iter().zip(surveys).enumerate() {
+        let (number, name) = (k + 1, recipe.name.as_str());
+        let paced = [
+            paced::slowed(number, name, survey),
+            paced::too_fast(number, name, survey),
+        ];
+        lines.extend(paced.into_iter().flatten().map(words));
+    }
     if *plan.settings.job.lpbf.delays == DelayChoice::Tuned {
         return Ok(lines);
     }
@@ -126,32 +139,37 @@ fn words(check: Check) -> String {
 }
 
 /// Judges every recipe.
-pub(super) fn checks(
-    settings: &Settings,
-    results: &[RecipeResult<'_>],
-    reporter: &Reporter,
-) -> Vec<Check> {
+pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
+    let settings = &plan.settings;
     let motors = ['x', 'y', 'z'].into_iter().zip(settings.data.misfits);
     let motors = motors.filter_map(|(axis, over)| Some(of_motor(axis, over?)));
     let mut checks: Vec<Check> = motors.collect();
-    let known = |check: Check| unless_guessed(check, settings);
+    let known = |check: Check, r: &RecipeResult<'_>| {
+        paced::unless_slowed(unless_guessed(check, settings), r.survey)
+    };
     for (k, r) in results.iter().enumerate() {
         let (number, name) = (k + 1, r.recipe.name.as_str());
         let contours = |errors: &PathErrors| contours(settings, number, name, errors);
         let check = contours(&r.errors);
-        checks.push(known(over_the_range(check, r, |end| {
-            Some(contours(&end.errors))
-        })));
+        let check = over_the_range(check, r, |end| Some(contours(&end.errors)));
+        checks.push(known(check, r));
+        checks.extend(paced::slowed(number, name, r.survey));
+        checks.extend(paced::too_fast(number, name, r.survey));
         checks.extend(dark_check(number, name, r.delays, &r.darkness));
         let unlit = |errors: &PathErrors| unlit(settings, number, name, errors);
-        checks.extend(
-            unlit(&r.errors).map(|check| known(over_the_range(check, r, |end| unlit(&end.errors)))),
-        );
+        let check = unlit(&r.errors).map(|c| over_the_range(c, r, |end| unlit(&end.errors)));
+        checks.extend(check.map(|c| known(c, r)));
+        // tuned delays leave as little as the marks bear, and tell it
+        if *settings.job.lpbf.delays == DelayChoice::Recipe {
+            let stray = |errors: &PathErrors| stray(settings, number, name, &errors.stray);
+            let check = over_the_range(stray(&r.errors), r, |end| Some(stray(&end.errors)));
+            checks.push(known(check, r));
+        }
         let limit = *settings.job.checks.fill_rate;
         checks.extend(limit.and_then(|limit| {
             let id = format!("fill-{number}");
-            let check = fill_check(settings, r, (&id, &r.fill_title()), limit.0)?;
-            Some(known(check))
+            let check = fill_check(plan, r, (&id, &r.fill_title()), limit.0)?;
+            Some(known(check, r))
         }));
     }
     if let Some(heat) = &settings.heat {
@@ -165,11 +183,15 @@ pub(super) fn checks(
                 let ends = over_the_range(check, r, |end| {
                     Some(fused(end.heat.as_ref()?, &Reporter::new()))
                 });
-                known(ends)
+                known(ends, r)
             }));
-            let keyhole = r.heat.as_ref();
-            checks.extend(keyhole.map(|h| heat::keyhole_check(k + 1, &r.recipe.name, h)));
-            checks.extend(keyhole.and_then(|h| heat::dwell_check(k + 1, &r.recipe.name, h)));
+            let name = &r.recipe.name;
+            if let Some(melted) = &r.heat {
+                let keyhole = heat::keyhole_check(k + 1, name, melted);
+                let dwell = heat::dwell_check(k + 1, name, melted);
+                let both = std::iter::once(keyhole).chain(dwell);
+                checks.extend(both.map(|c| paced::unless_slowed(c, r.survey)));
+            }
         }
     } else {
         checks.push(Check::not_checked(
@@ -250,13 +272,39 @@ fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) 
     Some(check.because(&reason).at(place).remedy(delays))
 }
 
+/// The longest stretch of light far from all marks, with delays that are given.
+fn stray(settings: &Settings, number: usize, recipe: &str, stray: &StrayLight) -> Check {
+    let spot = 2.0 * settings.data.head.beam.waist;
+    let most = spot.max(settings.job.checks.contour_error.0);
+    let check = Check::judge(
+        &format!("stray-{number}"),
+        &format!("{recipe}: longest stretch of light where no mark is"),
+        Measure::exact(stray.longest.length, "mm"),
+        Limit::AtMost(most),
+    );
+    if stray.length == 0.0 {
+        return check;
+    }
+    let reason = format!(
+        "{} mm in all lie farther than the spot's diameter from any mark",
+        significant(stray.length, 3)
+    );
+    let place = Place {
+        layer: Some(stray.longest.layer),
+        ..Place::at(stray.longest.from.extend(0.0).to_array())
+    };
+    let remedy = "lpbf.delays = \"tuned\", or a shorter laser-off and a longer laser-on delay";
+    check.because(&reason).at(place).remedy(remedy)
+}
+
 /// How much of the surface of a job is reached, against a least share, whatever the friction; `None` where nothing is filled.
 pub(super) fn fill_check(
-    settings: &Settings,
+    plan: &Plan,
     result: &RecipeResult<'_>,
     (id, title): (&str, &str),
     least: f64,
 ) -> Option<Check> {
+    let settings = &plan.settings;
     let filled = |fill: &FillShare| {
         let rate = fill.judged();
         let found = Measure::new(100.0 * rate.share, 100.0 * rate.doubt, "%");
@@ -282,7 +330,9 @@ pub(super) fn fill_check(
         })
     };
     let check = filled(&result.fill(JUDGED)?);
-    Some(over_the_range(check, result, |end| {
-        end.fill.as_ref().map(filled)
-    }))
+    let check = over_the_range(check, result, |end| end.fill.as_ref().map(filled));
+    Some(match &plan.enclosed.doubt {
+        Some(doubt) => doubt.leaves_open(check),
+        None => check,
+    })
 }

@@ -13,6 +13,7 @@ use meltpath_scan_head::search::{Bounds, Candidate, Found, MAY_LOSE, Marks, Prob
 
 use super::friction::unless_guessed;
 use super::judge::fill_check;
+use super::paced::unless_slowed;
 use super::plan::Plan;
 use super::result::{JUDGED, MODES, RecipeResult};
 use super::settings::Settings;
@@ -104,17 +105,19 @@ impl<'a> OnTheWhole<'a> {
     }
 
     /// Its fill rate against the bound of the search, where `[checks]` does not judge the same.
-    pub(super) fn fill_check(&self, settings: &Settings) -> Option<Check> {
+    pub(super) fn fill_check(&self, plan: &Plan) -> Option<Check> {
+        let settings = &plan.settings;
         let bound = self.fill?;
         if settings.job.checks.fill_rate.is_some_and(|l| l.0 == bound) {
             return None;
         }
         let name = &self.result.recipe.name;
         let title = format!("{name}: fill rate against the bound of the search");
-        let check = fill_check(settings, self.result, (FILL, &title), bound)?;
+        let check = fill_check(plan, self.result, (FILL, &title), bound)?;
         let remedy =
             "a lower optimise.fill_rate, slower fills in optimise.fill_speed, or a closer hatch";
-        Some(unless_guessed(check.remedy(remedy), settings))
+        let check = unless_guessed(check.remedy(remedy), settings);
+        Some(unless_slowed(check, self.result.survey))
     }
 
     /// The worst that its checks against the bounds say.

@@ -1,5 +1,6 @@
 //! The plan of a scan-head job: squares laid out, layers read or a part cut and hatched, from the resolved settings.
 
+mod cells;
 pub(in crate::lpbf) mod enclosed;
 pub mod file_layers;
 pub mod section;
@@ -17,6 +18,7 @@ use meltpath_scan_head::files::PlateTable;
 use super::heat::HeatSettings;
 use super::settings::Settings;
 use crate::job::lpbf::{HeatTable, LpbfJob, PlateExtent, PlateTable as SquaresTable};
+use crate::lpbf::plan::enclosed::Enclosure;
 use crate::lpbf::plan::file_layers::FileLayers;
 use crate::lpbf::plan::section::Section;
 use crate::lpbf::plan::work::{LayerSet, Source, Work};
@@ -30,8 +32,10 @@ pub struct Plan {
     pub work: Work,
     /// What was said of the part.
     pub warnings: Vec<Warning>,
-    /// What closed contours of a file's layers enclose, and no mark comes near.
-    pub enclosed: Option<Check>,
+    /// What the contours of a file's layers tell.
+    pub enclosed: Enclosure,
+    /// What is said of layers of a file that are not run.
+    pub left_out: Option<Check>,
 }
 
 /// Plans what `settings` say of a job that lies in `folder`; `job` gives the places of problems.
@@ -57,7 +61,8 @@ pub fn plan(
         settings,
         work,
         warnings: reporter.warnings(),
-        enclosed: None,
+        enclosed: Enclosure::default(),
+        left_out: None,
     })
 }
 

@@ -28,7 +28,7 @@ use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
 use super::result::{AtEnd, JUDGED, MODES, Path2d, RecipeResult};
 use super::settings;
-use super::{motion, optimise, refuse, toolpath_file};
+use super::{left_out, motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::enclosed;
@@ -130,12 +130,13 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(settings, &results, &reporter);
-    checks.extend(plan.enclosed.clone());
+    let mut checks = checks(&plan, &results, &reporter);
+    checks.extend(plan.enclosed.checks.clone());
+    checks.extend(plan.left_out.clone());
     let whole = found
         .as_ref()
         .and_then(|f| optimise::OnTheWhole::of(f, settings, &results));
-    checks.extend(whole.as_ref().and_then(|w| w.fill_check(settings)));
+    checks.extend(whole.as_ref().and_then(|w| w.fill_check(&plan)));
     undecided(&mut checks, &plan.work);
     let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
@@ -512,9 +513,9 @@ pub fn examine(
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Examined, LpbfError> {
-    let (plan, _) = resolved(job_file, job, text, observer)?;
+    let (plan, surveys) = resolved(job_file, job, text, observer)?;
     Ok(Examined {
-        notes: foretold(&plan)?,
+        notes: foretold(&plan, &surveys)?,
         provenance: plan.settings.provenance,
         warnings: plan.warnings,
     })
@@ -532,7 +533,9 @@ fn resolved(
         let mut plan = plan(settings, job, here, observer)?;
         let surveys = refuse::check(job, &plan)?;
         let hatch = surveys.iter().find_map(|s| s.hatch);
-        plan.enclosed = enclosed::check(&plan.work, hatch);
+        let spot = 2.0 * plan.settings.data.head.beam.waist;
+        plan.enclosed = enclosed::check(&plan.work, hatch, spot);
+        plan.left_out = left_out::check(&plan);
         Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {

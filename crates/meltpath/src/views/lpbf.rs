@@ -20,6 +20,8 @@ use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
 use crate::lpbf::friction;
+use crate::lpbf::left_out;
+use crate::lpbf::paced;
 use crate::lpbf::plan::Plan;
 use crate::lpbf::plan::work::Work;
 use crate::lpbf::result::{JUDGED, MODES, RecipeResult, fill_words};
@@ -115,14 +117,15 @@ const CUT: f64 = 0.01;
 /// What is told of the recipes beside the checks: their times, how much of contours is cut away, and the fill rates where the job sets no
 /// limit.
 pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
-    let mut facts: Vec<Fact> = friction::fact(&plan.settings.data).into_iter().collect();
+    let mut facts: Vec<Fact> = left_out::fact(&plan.work).into_iter().collect();
+    facts.extend(friction::fact(&plan.settings.data));
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
         facts.push(Fact::new(
             &format!("time-{number}"),
             &format!("{}: time of the job", r.recipe.name),
             Measure::exact(r.duration, "s"),
-            "",
+            &paced::words(r.survey).unwrap_or_default(),
         ));
         let (commanded, lit) = (r.errors.dark().commanded, r.errors.lit_way());
         if commanded - lit > CUT * commanded {

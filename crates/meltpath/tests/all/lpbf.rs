@@ -4,6 +4,7 @@ mod data_sheet;
 mod friction;
 mod heat;
 mod options;
+mod paced;
 mod promised;
 mod refused;
 mod section;

@@ -4,7 +4,7 @@
 use meltpath_toolpath::{Weave, WeaveShape};
 
 use super::comments::procedure;
-use super::{ArcValue, Machine, Missing, ProgramError, Refusal, Source, WeldSettings};
+use super::{ArcValue, Machine, Missing, ProgramError, Source, WeldSettings};
 use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect};
 use crate::scan::{bracket, number, strip_prefix};
 

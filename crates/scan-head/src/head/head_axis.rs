@@ -47,6 +47,14 @@ impl HeadAxis {
         }
     }
 
+    /// How fast the mirror turns at most, rad/s, where the data sheet says it; what a known drive reaches is simulated.
+    pub fn top_speed(&self) -> Option<f64> {
+        match self {
+            HeadAxis::Driven(_) => None,
+            HeadAxis::Servo(servo) => Some(servo.speed_limit),
+        }
+    }
+
     /// Checks every part.
     ///
     /// # Errors

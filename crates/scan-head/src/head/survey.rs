@@ -1,5 +1,7 @@
 //! What a job asks of a head, found layer by layer before anything moves.
 
+mod pace;
+
 use crate::head::error::HeadError;
 use crate::head::prepared::Layers;
 use crate::head::ready::ReadyHead;
@@ -7,6 +9,9 @@ use crate::head::vector::ScanJob;
 use crate::measures::hatch::HatchDistance;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_toolpath::Role;
+
+use pace::{Mark, too_fast, too_slow};
+pub use pace::{OffPace, Paces};
 
 /// A layer in figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +43,8 @@ pub struct Survey {
     pub short: u64,
     /// By how much they lengthen the job, s.
     pub lost: f64,
+    /// Marks that run otherwise than commanded.
+    pub paces: Paces,
     /// The longer side of the box round all marks, mm.
     pub extent: f64,
     /// The median distance of neighbouring parallel lines, mm; none with fewer than two.
@@ -60,6 +67,7 @@ impl ReadyHead {
             fills: 0.0,
             short: 0,
             lost: 0.0,
+            paces: Paces::default(),
             extent: 0.0,
             hatch: None,
         };
@@ -81,6 +89,18 @@ impl ReadyHead {
                 for end in [job.start_of(i), v.end].map(DVec3::truncate) {
                     around = [around[0].min(end), around[1].max(end)];
                 }
+                let mark = Mark {
+                    layer: layer.number,
+                    ends: [job.start_of(i), v.end],
+                    length,
+                    speed: v.speed,
+                };
+                let slowed = match v.kind {
+                    Role::Contour => &mut found.paces.slowed_contours,
+                    _ => &mut found.paces.slowed_fills,
+                };
+                slowed.extend(too_slow(&mark, moving, period));
+                found.paces.too_fast.extend(too_fast(&mark, self));
                 let time = length / v.speed;
                 if time > 0.0 && time < period {
                     found.short += 1;

@@ -8,6 +8,7 @@ use crate::head::prepared::Prepared;
 use crate::measures::dark_way::{ContourLight, Dark, DarkWay, LightReach};
 use crate::measures::histogram::Histogram;
 use crate::measures::segment::distance_to_segment;
+use crate::measures::stray_light::StrayLight;
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Role;
 use std::collections::VecDeque;
@@ -58,6 +59,8 @@ pub struct PathErrors {
     pub tracking_jumps: [Histogram; 3],
     /// |focus − commanded height| of lit points, mm.
     pub focus: Histogram,
+    /// Light far from all marks.
+    pub stray: StrayLight,
     /// Where the largest contour error lies, mm.
     pub worst: DVec2,
     worst_error: f64,
@@ -80,6 +83,7 @@ impl PathErrors {
             tracking: angles(),
             tracking_jumps: angles(),
             focus: Histogram::new(1e-3, 5_000),
+            stray: StrayLight::default(),
             worst: DVec2::ZERO,
             worst_error: 0.0,
         }
@@ -224,6 +228,7 @@ impl HeadSink for PathErrors {
             if block.lit[k] < 0.5 {
                 self.last = None;
                 self.foot = None;
+                self.stray.ends();
                 continue;
             }
             let p = block.hit[k];
@@ -236,6 +241,11 @@ impl HeadSink for PathErrors {
                 .filter(|(_, c)| c.kind.deposits())
                 .map(|(at, c)| (distance_to_segment(p, c.a, c.b), c.kind, at))
                 .min_by(|x, y| x.0.total_cmp(&y.0));
+            if closest.is_some_and(|(error, ..)| error <= self.reach.aside) {
+                self.stray.ends();
+            } else {
+                self.stray.goes([from, p], layer.number);
+            }
             if let Some((error, kind, at)) = closest {
                 if kind == Role::Contour {
                     self.light([from, p], at);

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
 use crate::measures::fill_share::AreaFill;
-use crate::measures::outline::{Outline, Outlines, within};
+use crate::measures::outline::{Outline, Outlines, rows_within};
 use crate::measures::swept_surface::{Rate, SweptSurface};
 use meltpath_toolpath::Role;
 
@@ -99,16 +99,18 @@ impl Cells {
 
     /// Cells over an outline, of which those count whose centre lies within it.
     fn within_outline(outline: &Outline, cell: f64) -> Self {
-        let points = || outline.rings.iter().flatten();
+        let points = || outline.boundaries.iter().flat_map(|b| &b.ring);
         let low = points().copied().reduce(DVec2::min).unwrap_or_default();
         let high = points().copied().reduce(DVec2::max).unwrap_or_default();
         let mut cells = Cells::new(low, high, cell);
         let heights: Vec<f64> = (0..cells.rows)
             .map(|j| low.y + (j as f64 + 0.5) * cell)
             .collect();
-        let rings = outline.rings.iter().map(Vec::as_slice);
         let mut wanted = vec![false; cells.reached.len()];
-        for (j, spans) in within(rings, &heights).into_iter().enumerate() {
+        for (j, spans) in rows_within(&outline.boundaries, &heights)
+            .into_iter()
+            .enumerate()
+        {
             for span in spans {
                 let at = |x: f64| ((x - low.x) / cell - 0.5).ceil().max(0.0) as usize;
                 let [from, to] = span.map(|x| at(x).min(cells.columns));
@@ -258,6 +260,15 @@ impl Surface {
     }
 }
 
+/// About what an outline encloses, mm²: where it is not measured.
+fn corners_area(outline: &Outline) -> f64 {
+    let areas = outline
+        .boundaries
+        .iter()
+        .map(|b| signed_area(&b.ring).abs());
+    areas.sum()
+}
+
 /// What is reached of an area in one mode.
 #[derive(Debug)]
 enum Reached {
@@ -286,12 +297,12 @@ impl Area {
             FillMode::SweptSurface => Reached::Surface(SweptSurface::within_outline(outline, spot)),
             _ => Reached::Cells(Cells::within_outline(outline, spot)),
         });
-        let corners = || outline.rings.iter().flatten();
+        let corners = || outline.boundaries.iter().flat_map(|b| &b.ring);
         Area {
             key: layer.first,
             layer: layer.number,
             middle: corners().sum::<DVec2>() / corners().count().max(1) as f64,
-            surface: outline.rings.iter().map(|r| signed_area(r).abs()).sum(),
+            surface: corners_area(outline),
             reached: reached.collect(),
             outlined: true,
         }

@@ -6,7 +6,7 @@
 
 use meltpath_geometry::math::DVec2;
 
-use super::outline::{Outline, within};
+use super::outline::{Outline, rows_within};
 use super::sweep::{Covered, Line};
 
 /// Rows across a surface, at most.
@@ -86,7 +86,7 @@ impl SweptSurface {
 
     /// What lies within an outline.
     pub(super) fn within_outline(outline: &Outline, spot: f64) -> Self {
-        let points = || outline.rings.iter().flatten();
+        let points = || outline.boundaries.iter().flat_map(|b| &b.ring);
         let low = points().fold(DVec2::INFINITY, |l, p| l.min(*p));
         let high = points().fold(DVec2::NEG_INFINITY, |h, p| h.max(*p));
         if points().next().is_none() {
@@ -94,8 +94,11 @@ impl SweptSurface {
         }
         let mut found = Self::within(low, high, spot);
         let heights: Vec<f64> = (0..found.rows.len()).map(|k| found.height(k)).collect();
-        let rings = outline.rings.iter().map(Vec::as_slice);
-        for (row, spans) in found.rows.iter_mut().zip(within(rings, &heights)) {
+        for (row, spans) in found
+            .rows
+            .iter_mut()
+            .zip(rows_within(&outline.boundaries, &heights))
+        {
             for span in spans {
                 row.wanted.add(span.map(|x| x - low.x));
             }
@@ -174,6 +177,7 @@ impl SweptSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measures::outline::{Boundary, Within};
 
     /// A square with a square hole, lines over it and beside it: what is wanted is the square without its hole, near marks alone where
     /// that is a bound.
@@ -183,10 +187,14 @@ mod tests {
             let corners = [[low, low], [high, low], [high, high], [low, high]];
             corners.map(|[x, y]| DVec2::new(x, y)).to_vec()
         };
-        let rings = vec![square(0.0, 6.0), square(2.0, 4.0)];
+        let bound = |ring, within| Boundary { ring, within };
+        let boundaries = vec![
+            bound(square(0.0, 6.0), Within::Area),
+            bound(square(2.0, 4.0), Within::Hole),
+        ];
         let of = |near| {
             let outline = Outline {
-                rings: rings.clone(),
+                boundaries: boundaries.clone(),
                 near,
             };
             let mut surface = SweptSurface::within_outline(&outline, 0.1);

@@ -1,20 +1,77 @@
-//! What closed contours of a file's layers enclose and no mark comes near: lines that a file lost are missed by no measure of what is drawn.
+//! What closed contours of a file's layers enclose and no mark comes near, for lines that a file lost are missed by no measure of what is drawn;
+//! and lines that lie where contours enclose nothing.
 
 use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
-use meltpath_scan_head::measures::outline::{self, NEAR, Rings, boundaries, within};
-use meltpath_scan_head::measures::segment::distance_to_segment;
+use meltpath_scan_head::measures::outline::{self, Boundaries, Contours, NEAR, boundaries};
 use meltpath_toolpath::{Layer, Role};
 
+use crate::lpbf::plan::cells::Cells;
 use crate::lpbf::plan::work::{Source, Work};
 
 /// Share of one enclosed area that may stay bare, %: a hatch that is drawn a little short of its contour.
 const BARE: f64 = 2.0;
-/// Edge of a cell, in hatch distances.
-const CELL: f64 = 0.5;
-/// Cells of a layer at most: those of a larger one are larger.
-const CELLS: f64 = 16e6;
+
+/// What the contours of a file's layers tell.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Enclosure {
+    /// Of what they enclose, and of lines beside it.
+    pub checks: Vec<Check>,
+    /// Why what they enclose is not known.
+    pub doubt: Option<Doubt>,
+}
+
+/// Why what contours enclose is not known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Doubt {
+    reason: String,
+    place: Place,
+    remedy: &'static str,
+}
+
+impl Doubt {
+    /// A check that hangs on what contours enclose: it promises nothing.
+    pub(in crate::lpbf) fn leaves_open(&self, check: Check) -> Check {
+        if check.status == Status::NotChecked {
+            return check;
+        }
+        let check = Check {
+            status: Status::CannotSay,
+            ..check
+        };
+        check
+            .because(&self.reason)
+            .at(self.place.clone())
+            .remedy(self.remedy)
+    }
+
+    /// Of the contours of a layer.
+    fn of(layer: u32, contours: &Contours, bounds: &Boundaries) -> Option<Doubt> {
+        let place = |at: DVec2| Place {
+            layer: Some(layer),
+            ..Place::at([at.x, at.y, 0.0])
+        };
+        if let Some(opening) = contours.openings.first() {
+            return Some(Doubt {
+                reason: format!(
+                    "a contour ends {} mm from where it begins: what it would enclose is not known",
+                    significant(opening.gap, 3)
+                ),
+                place: place(opening.at),
+                remedy: "close the contour: its last point is its first one",
+            });
+        }
+        let at = bounds.crossing?;
+        Some(Doubt {
+            reason: "contours that run unlike ways round cross here: whether one is a hole of the other is not known"
+                .to_owned(),
+            place: place(at),
+            remedy: "unite the parts, or cut the hole out, before they are hatched",
+        })
+    }
+}
+
 /// An area of a layer that stays bare.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bare {
@@ -27,6 +84,17 @@ struct Bare {
     at: DVec2,
 }
 
+/// Lines that lie beside what contours enclose.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Stray {
+    /// The longest stretch, mm, and where it begins.
+    longest: f64,
+    layer: u32,
+    from: DVec2,
+    /// All of them, and all lines of layers with closed contours, mm.
+    length: [f64; 2],
+}
+
 /// What was found in the layers of a file.
 #[derive(Debug, Default)]
 struct Found {
@@ -35,26 +103,43 @@ struct Found {
     /// Areas looked at, and how many of them stay bare by more than they may.
     areas: [usize; 2],
     worst: Option<Bare>,
+    stray: Stray,
+    doubt: Option<Doubt>,
 }
 
 impl Found {
-    /// Looks at a layer whose lines lie `hatch` mm apart.
-    fn take(&mut self, layer: &Layer, hatch: f64) {
+    /// Looks at a layer whose lines lie `hatch` mm apart, for a spot of that diameter, mm.
+    fn take(&mut self, layer: &Layer, hatch: f64, spot: f64) {
         self.filled |= layer.passes().any(|p| p.head.role == Role::Fill);
-        let rings = rings(layer);
-        let boundaries = boundaries(&rings, hatch);
-        let Some(cells) = Cells::of(&boundaries, hatch) else {
+        let mut contours = contours(layer, spot);
+        let bounds = boundaries(std::mem::take(&mut contours.rings), hatch);
+        if self.doubt.is_none() {
+            self.doubt = Doubt::of(layer.number, &contours, &bounds);
+        }
+        let Some(cells) = Cells::of(&bounds.all, hatch) else {
             return;
         };
-        let marked = cells.marked(layer, NEAR * hatch);
-        for area in cells.areas(&cells.enclosed(&boundaries)) {
+        let enclosed = cells.enclosed(&bounds.all);
+        self.bare(
+            layer.number,
+            (&cells, &enclosed),
+            &cells.marked(layer, NEAR * hatch),
+        );
+        for line in fills(layer) {
+            self.beside(layer.number, (&cells, &enclosed), line, beside(hatch, spot));
+        }
+    }
+
+    /// Looks for areas that no mark comes near.
+    fn bare(&mut self, layer: u32, (cells, enclosed): (&Cells, &[bool]), marked: &[bool]) {
+        for area in cells.areas(enclosed) {
             let bare: Vec<usize> = area.iter().copied().filter(|c| !marked[*c]).collect();
             let share = bare.len() as f64 / area.len() as f64;
             self.areas[0] += 1;
             self.areas[1] += usize::from(100.0 * share > BARE);
             if self.worst.is_none_or(|w| share > w.share) {
                 self.worst = Some(Bare {
-                    layer: layer.number,
+                    layer,
                     share,
                     enclosed: area.len() as f64 * cells.edge * cells.edge,
                     at: cells.middle(bare.get(bare.len() / 2).copied().unwrap_or(area[0])),
@@ -63,12 +148,59 @@ impl Found {
         }
     }
 
+    /// Looks how far a line goes where nothing within `reach` mm is enclosed.
+    fn beside(
+        &mut self,
+        layer: u32,
+        (cells, enclosed): (&Cells, &[bool]),
+        [a, b]: [DVec2; 2],
+        reach: f64,
+    ) {
+        let length = a.distance(b);
+        self.stray.length[1] += length;
+        let count = (length / cells.edge).ceil().max(1.0);
+        let step = length / count;
+        let mut stretch = 0.0;
+        for k in 0..count as usize {
+            let p = a.lerp(b, (k as f64 + 0.5) / count);
+            if cells.any_within(enclosed, p, reach) {
+                stretch = 0.0;
+                continue;
+            }
+            stretch += step;
+            self.stray.length[0] += step;
+            if stretch > self.stray.longest {
+                (self.stray.longest, self.stray.layer) = (stretch, layer);
+                self.stray.from = p - (b - a).normalize_or_zero() * (stretch - 0.5 * step);
+            }
+        }
+    }
+
     /// A file of contours alone asks for no lines.
-    fn check(&self) -> Option<Check> {
-        let worst = self.worst.filter(|_| self.filled)?;
+    fn enclosure(self, hatch: f64, spot: f64) -> Enclosure {
+        if !self.filled {
+            return Enclosure::default();
+        }
+        let checks = [self.enclosed(), self.strays(beside(hatch, spot))];
+        let mut checks: Vec<Check> = checks.into_iter().flatten().collect();
+        if let Some(doubt) = &self.doubt {
+            if checks.is_empty() {
+                checks.push(Check::not_checked(BARE_ID, BARE_TITLE, ""));
+                checks[0].status = Status::CannotSay;
+            }
+            checks = checks.into_iter().map(|c| doubt.leaves_open(c)).collect();
+        }
+        Enclosure {
+            checks,
+            doubt: self.doubt,
+        }
+    }
+
+    fn enclosed(&self) -> Option<Check> {
+        let worst = self.worst?;
         let check = Check::judge(
-            "enclosed",
-            "largest share of an area within closed contours that no mark comes near",
+            BARE_ID,
+            BARE_TITLE,
             Measure::exact(100.0 * worst.share, "%"),
             Limit::AtMost(BARE),
         );
@@ -92,134 +224,83 @@ impl Found {
             "lines that the file lost: hatch the part anew; where contours alone, or lines of other layers, are to fill it, judge a file without these contours",
         ))
     }
+
+    fn strays(&self, most: f64) -> Option<Check> {
+        let Stray {
+            longest,
+            layer,
+            from,
+            length: [beside, all],
+        } = self.stray;
+        self.worst?;
+        let check = Check::judge(
+            "beside-contours",
+            "longest stretch of a line of a fill where closed contours enclose nothing",
+            Measure::exact(longest, "mm"),
+            Limit::AtMost(most),
+        );
+        if check.status == Status::Pass {
+            return Some(check);
+        }
+        let reason = format!(
+            "{} mm of {} mm of lines lie outside of all contours, or in their holes; whether that is meant the file does not say",
+            significant(beside, 3),
+            significant(all, 4)
+        );
+        let place = Place {
+            layer: Some(layer),
+            ..Place::at([from.x, from.y, 0.0])
+        };
+        let check = Check {
+            status: Status::CannotSay,
+            ..check
+        };
+        Some(check.because(&reason).at(place).remedy(
+            "hatch the part anew; where lines without contours are meant, as of supports, judge them in a file of their own",
+        ))
+    }
 }
 
-/// Judges the layers of a file that have closed contours; `hatch` is the distance of their lines, mm, where the job does not say it. Whatever
-/// cannot be read is told where it runs.
-pub(in crate::lpbf) fn check(work: &Work, hatch: Option<f64>) -> Option<Check> {
-    let Work::Layers(set) = work else {
-        return None;
+const BARE_ID: &str = "enclosed";
+const BARE_TITLE: &str = "largest share of an area within closed contours that no mark comes near";
+
+/// How far from what is enclosed lines may lie, mm: a hatch distance, or the spot.
+fn beside(hatch: f64, spot: f64) -> f64 {
+    spot.max(NEAR * hatch)
+}
+
+/// Judges the layers of a file that have closed contours, for a spot of that diameter, mm; `hatch` is the distance of their lines, mm, where the
+/// job does not say it. Whatever cannot be read is told where it runs.
+pub(in crate::lpbf) fn check(work: &Work, hatch: Option<f64>, spot: f64) -> Enclosure {
+    let found = || {
+        let Work::Layers(set) = work else {
+            return None;
+        };
+        let Source::File(file) = &set.source else {
+            return None;
+        };
+        let hatch = set.hatch.or(hatch)?;
+        let mut found = Found::default();
+        let layers = file.layers().ok()?.flatten();
+        layers.for_each(|layer| found.take(&layer, hatch, spot));
+        Some(found.enclosure(hatch, spot))
     };
-    let Source::File(file) = &set.source else {
-        return None;
-    };
-    let hatch = set.hatch.or(hatch)?;
-    let mut found = Found::default();
-    let layers = file.layers().ok()?;
-    layers.flatten().for_each(|layer| found.take(&layer, hatch));
-    found.check()
+    found().unwrap_or_default()
 }
 
-/// Cells over what the contours of a layer enclose.
-struct Cells {
-    low: DVec2,
-    edge: f64,
-    size: [usize; 2],
+/// The contours of a layer.
+fn contours(layer: &Layer, spot: f64) -> Contours {
+    let passes = layer.passes().filter(|p| p.head.role == Role::Contour);
+    let lines = passes.flat_map(|p| p.points.windows(2).map(move |two| (p.head.part, two)));
+    let flat = lines.map(|(part, two)| (part, [two[0].truncate(), two[1].truncate()]));
+    outline::contours(flat, spot)
 }
 
-impl Cells {
-    fn of(boundaries: &[&[DVec2]], hatch: f64) -> Option<Cells> {
-        let points = || boundaries.iter().copied().flatten().copied();
-        let low = points().reduce(DVec2::min)?;
-        let extent = points().reduce(DVec2::max)? - low;
-        let edge = (CELL * hatch).max((extent.x * extent.y / CELLS).sqrt());
-        let cells = |length: f64| (length / edge).ceil().max(1.0) as usize;
-        (edge > 0.0 && edge.is_finite()).then(|| Cells {
-            low,
-            edge,
-            size: [cells(extent.x), cells(extent.y)],
-        })
-    }
-
-    fn middle(&self, cell: usize) -> DVec2 {
-        let at = [cell % self.size[0], cell / self.size[0]].map(|n| n as f64 + 0.5);
-        self.low + self.edge * DVec2::from(at)
-    }
-
-    /// The cells of a row or column whose middles lie between two places.
-    fn between(&self, axis: usize, [from, to]: [f64; 2]) -> std::ops::Range<usize> {
-        let low = [self.low.x, self.low.y][axis];
-        let at = |x: f64| ((x - low) / self.edge - 0.5).ceil().max(0.0) as usize;
-        at(from)..at(to).min(self.size[axis])
-    }
-
-    /// Cells whose middles lie within an odd number of boundaries.
-    fn enclosed(&self, boundaries: &[&[DVec2]]) -> Vec<bool> {
-        let heights: Vec<f64> = (0..self.size[1])
-            .map(|row| self.middle(row * self.size[0]).y)
-            .collect();
-        let spans = within(boundaries.iter().copied(), &heights);
-        let mut enclosed = vec![false; self.size[0] * self.size[1]];
-        for (row, spans) in spans.into_iter().enumerate() {
-            for span in spans {
-                enclosed[row * self.size[0]..][self.between(0, span)].fill(true);
-            }
-        }
-        enclosed
-    }
-
-    /// Cells whose middles lie within a distance of a mark.
-    fn marked(&self, layer: &Layer, within: f64) -> Vec<bool> {
-        let mut marked = vec![false; self.size[0] * self.size[1]];
-        let passes = layer.passes();
-        let passes = passes.filter(|p| matches!(p.head.role, Role::Fill | Role::Contour));
-        for two in passes.flat_map(|p| p.points.windows(2)) {
-            let [a, b] = [two[0].truncate(), two[1].truncate()];
-            let along = b - a;
-            for row in self.between(1, [a.y.min(b.y) - within, a.y.max(b.y) + within]) {
-                let y = self.middle(row * self.size[0]).y;
-                // of the line what lies so near the row
-                let share = |y: f64| ((y - a.y) / along.y).clamp(0.0, 1.0);
-                let shares = if along.y == 0.0 {
-                    [0.0, 1.0]
-                } else {
-                    [share(y - within), share(y + within)]
-                };
-                let [p, q] = shares.map(|s| a.x + s * along.x);
-                for column in self.between(0, [p.min(q) - within, p.max(q) + within]) {
-                    let cell = row * self.size[0] + column;
-                    marked[cell] =
-                        marked[cell] || distance_to_segment(self.middle(cell), a, b) <= within;
-                }
-            }
-        }
-        marked
-    }
-
-    /// Areas of cells that hang together.
-    fn areas(&self, enclosed: &[bool]) -> Vec<Vec<usize>> {
-        let [columns, rows] = self.size;
-        let mut left = enclosed.to_vec();
-        let mut areas = Vec::new();
-        for first in 0..left.len() {
-            if !std::mem::take(&mut left[first]) {
-                continue;
-            }
-            let mut area = vec![first];
-            let mut next = 0;
-            while let Some(&cell) = area.get(next) {
-                next += 1;
-                let [x, y] = [cell % columns, cell / columns];
-                let beside = [
-                    (x > 0).then(|| cell - 1),
-                    (x + 1 < columns).then(|| cell + 1),
-                    (y > 0).then(|| cell - columns),
-                    (y + 1 < rows).then(|| cell + columns),
-                ];
-                let open = beside.into_iter().flatten();
-                area.extend(open.filter(|c| std::mem::take(&mut left[*c])));
-            }
-            areas.push(area);
-        }
-        areas
-    }
-}
-
-/// The closed contours of a layer.
-fn rings(layer: &Layer) -> Rings {
-    let contours = layer.passes().filter(|p| p.head.role == Role::Contour);
-    let lines = contours.flat_map(|p| p.points.windows(2));
-    outline::rings(lines.map(|two| [two[0].truncate(), two[1].truncate()]))
+/// The lines of its fills.
+fn fills(layer: &Layer) -> impl Iterator<Item = [DVec2; 2]> {
+    let passes = layer.passes().filter(|p| p.head.role == Role::Fill);
+    let lines = passes.flat_map(|p| p.points.windows(2));
+    lines.map(|two| [two[0].truncate(), two[1].truncate()])
 }
 
 #[cfg(test)]
@@ -255,12 +336,18 @@ mod tests {
         layer
     }
 
-    fn said(layers: &[Layer]) -> Option<Check> {
+    const SPOT: f64 = 0.08;
+
+    fn told(layers: &[Layer]) -> Enclosure {
         let mut found = Found::default();
         for layer in layers {
-            found.take(layer, 0.1);
+            found.take(layer, 0.1, SPOT);
         }
-        found.check()
+        found.enclosure(0.1, SPOT)
+    }
+
+    fn said(layers: &[Layer]) -> Option<Check> {
+        told(layers).checks.into_iter().find(|c| c.id == BARE_ID)
     }
 
     fn passes(layers: &[Layer]) -> bool {
@@ -350,12 +437,117 @@ mod tests {
         let island = [2.0, 1.0, 4.0, 3.0];
         let rings = [(WHOLE, 1.0), (hole, -1.0), (island, 1.0)];
         let areas: f64 = 24.0 - 12.0 + 4.0;
-        let found = super::rings(&layer(&rings, &[]));
-        let boundaries = boundaries(&found, 0.1);
-        let cells = Cells::of(&boundaries, 0.1).unwrap();
-        let enclosed = cells.enclosed(&boundaries);
+        let bounds = bounds_of(&layer(&rings, &[]));
+        let cells = Cells::of(&bounds, 0.1).unwrap();
+        let enclosed = cells.enclosed(&bounds);
         let count = enclosed.iter().filter(|c| **c).count() as f64;
         assert!((count * cells.edge * cells.edge - areas).abs() < 0.5);
         assert_eq!(cells.areas(&enclosed).len(), 2);
+    }
+
+    fn bounds_of(layer: &Layer) -> Vec<outline::Boundary> {
+        boundaries(contours(layer, SPOT).rings, 0.1).all
+    }
+
+    /// A square of 4 mm that ends `gap` short of where it begins, half of it filled.
+    fn open(gap: f64) -> Layer {
+        let mut layer = layer(&[], &[[0.0, 0.0, 4.0, 2.0]]);
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, gap]];
+        let head = PassHead {
+            role: Role::Contour,
+            ..PassHead::default()
+        };
+        let points = corners.map(|[x, y]| DVec3::new(x, y, 0.0));
+        layer.polyline(head, points);
+        layer
+    }
+
+    /// A contour that ends within the spot of where it begins encloses what it encloses; of one that does not nobody knows, and the place of the
+    /// opening is told. Lines that enclose nothing are no contours.
+    #[test]
+    fn contours_that_hardly_close_do_and_open_ones_are_told() {
+        for gap in [0.002, 0.05] {
+            let check = said(&[open(gap)]).unwrap();
+            assert!((check.value.unwrap().value - 45.0).abs() < 3.0, "{gap}");
+        }
+        for gap in [0.2, 4.0] {
+            let told = told(&[open(gap)]);
+            let check = &told.checks[0];
+            assert_eq!(check.status, Status::CannotSay, "{gap}");
+            assert!(check.reason.contains("from where it begins"), "{check:?}");
+            let at = check.place.as_ref().unwrap().position.unwrap();
+            assert_eq!(at, [0.0, gap, 0.0]);
+            let fill = Check::judge("f", "F", Measure::exact(99.0, "%"), Limit::AtLeast(90.0));
+            let fill = told.doubt.unwrap().leaves_open(fill);
+            assert_eq!(fill.status, Status::CannotSay);
+        }
+        let mut wall = layer(&[(WHOLE, 1.0)], &[WHOLE]);
+        let head = PassHead {
+            role: Role::Contour,
+            ..PassHead::default()
+        };
+        let points = [[8.0, 0.0], [9.0, 0.0], [9.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        wall.polyline(head, points);
+        assert!(
+            told(&[wall])
+                .checks
+                .iter()
+                .all(|c| c.status == Status::Pass)
+        );
+    }
+
+    /// What two parts share is to be filled, whether they cross or one lies in the other; where one runs the other way round nobody knows.
+    #[test]
+    fn what_parts_share_is_no_hole() {
+        let other = [4.0, 0.0, 10.0, 4.0];
+        let apart = [[0.0, 0.0, 4.0, 4.0], [6.0, 0.0, 10.0, 4.0]];
+        let check = said(&[layer(&[(WHOLE, 1.0), (other, 1.0)], &apart)]).unwrap();
+        assert_eq!(check.status, Status::CannotSay);
+        assert!((check.value.unwrap().value - 18.0).abs() < 2.0);
+        let all = [[0.0, 0.0, 10.0, 4.0]];
+        assert!(passes(&[layer(&[(WHOLE, 1.0), (other, 1.0)], &all)]));
+        let unlike = told(&[layer(&[(WHOLE, 1.0), (other, -1.0)], &all)]);
+        assert_eq!(unlike.checks[0].status, Status::CannotSay);
+        assert!(unlike.checks[0].reason.contains("cross"), "{unlike:?}");
+        // a body of its own in another one, which ends there
+        let frame = [
+            [0.0, 0.0, 6.0, 1.0],
+            [0.0, 3.0, 6.0, 4.0],
+            [0.0, 1.0, 2.0, 3.0],
+            [4.0, 1.0, 6.0, 3.0],
+        ];
+        let mut within = layer(&[(WHOLE, 1.0)], &frame);
+        assert!(!passes(std::slice::from_ref(&within)));
+        let head = PassHead {
+            part: 1,
+            role: Role::Contour,
+            ..PassHead::default()
+        };
+        let corners = [[2.0, 1.0], [4.0, 1.0], [4.0, 3.0], [2.0, 3.0], [2.0, 1.0]];
+        let points = corners.map(|[x, y]| DVec3::new(x, y, 0.0));
+        within.polyline(head, points);
+        assert!(!passes(&[within]));
+        // a contour that comes twice
+        let half = [[0.0, 0.0, 6.0, 2.0]];
+        assert!(!passes(&[layer(&[(WHOLE, 1.0), (WHOLE, 1.0)], &half)]));
+    }
+
+    /// Lines across a hole, or beyond all contours.
+    #[test]
+    fn lines_where_nothing_is_enclosed_are_told() {
+        let hole = [2.0, 1.0, 4.0, 3.0];
+        let over = layer(&[(WHOLE, 1.0), (hole, -1.0)], &[WHOLE]);
+        let beyond = layer(&[(WHOLE, 1.0)], &[[-1.0, 0.0, 7.0, 4.0]]);
+        for (layer, longest, length, x) in [(over, 1.8, 32.0, 2.1), (beyond, 0.9, 72.0, -1.0)] {
+            let told = told(&[layer]);
+            let check = &told.checks[1];
+            assert_eq!(check.status, Status::CannotSay);
+            let value = check.value.as_ref().unwrap().value;
+            assert!((value - longest).abs() < 0.11, "{value}");
+            let at = check.place.as_ref().unwrap().position.unwrap();
+            assert!((at[0] - x).abs() < 0.11, "{at:?}");
+            let told: f64 = check.reason.split(' ').next().unwrap().parse().unwrap();
+            assert!((told - length).abs() < 0.15 * length, "{}", check.reason);
+        }
     }
 }

@@ -231,6 +231,21 @@ impl FileLayers {
         })
     }
 
+    /// All layers of the file that mark, whether they are executed or not.
+    ///
+    /// # Errors
+    /// [`HeadError::Layer`] of a file that cannot be read any more.
+    pub(in crate::lpbf) fn all(&self) -> Result<Planned<'_>, HeadError> {
+        let all = layers(&self.path, channel().0).map_err(HeadError::Layer)?;
+        Ok(Box::new(all.filter_map(move |layer| match layer {
+            Err(e) => Some(Err(HeadError::Layer(e))),
+            Ok(mut layer) => (layer.deposited_length() > 0.0).then(|| {
+                layer.translate(-self.origin);
+                Ok(Cow::Owned(layer))
+            }),
+        })))
+    }
+
     /// Those that are executed, one after the other.
     ///
     /// # Errors

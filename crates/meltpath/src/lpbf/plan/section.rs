@@ -13,7 +13,7 @@ use meltpath_geometry::offset::{Join, inset};
 use meltpath_planning::powder::{Hatch, HatchError, Pattern, Turns};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::Planned;
-use meltpath_scan_head::measures::outline::{Outlines, Rings};
+use meltpath_scan_head::measures::outline::{Boundary, Outlines, Within};
 use meltpath_toolpath::Layer;
 
 use crate::job::lpbf::{HatchTable, LaserHatch, LpbfJob};
@@ -139,11 +139,16 @@ impl Section {
 
     /// The outlines of what is filled, by the number of the layer.
     pub(in crate::lpbf) fn outlines(&self) -> Outlines {
-        let rings = |areas: &Vec<Region>| -> Rings {
-            let all = areas
-                .iter()
-                .flat_map(|a| std::iter::once(&a.outer).chain(&a.holes));
-            all.cloned().collect()
+        let bound = |ring: &Vec<DVec2>, within| Boundary {
+            ring: ring.clone(),
+            within,
+        };
+        let rings = |areas: &Vec<Region>| -> Vec<Boundary> {
+            let outer = areas.iter().map(|a| bound(&a.outer, Within::Area));
+            let holes = areas.iter().flat_map(|a| &a.holes);
+            outer
+                .chain(holes.map(|hole| bound(hole, Within::Hole)))
+                .collect()
         };
         let layers = (self.lowest..).zip(&self.drawn);
         Outlines::Known(Arc::new(

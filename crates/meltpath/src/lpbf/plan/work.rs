@@ -105,7 +105,7 @@ impl Work {
             Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, modes),
             Work::Layers(set) => {
                 let outlines = match &set.source {
-                    Source::File(_) => Outlines::OfContours,
+                    Source::File(_) => Outlines::OfContours { spot },
                     Source::Part(section) => section.outlines(),
                 };
                 FillRate::of_layers(set.hatch.unwrap_or(hatch), outlines, spot, modes)

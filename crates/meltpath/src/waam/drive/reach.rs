@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
 use meltpath_programs::{Dialect, Program};
-use meltpath_robot::cell::{Arrangement, Cell, Stance, Values};
+use meltpath_robot::cell::{Cell, Stance, Values};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::driven::Driven;
 use meltpath_robot::joint_move::JointMove;
-use meltpath_robot::posture::{Because, Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
+use meltpath_robot::posture::{Because, Held, Least, Margins, NotHeld, Rotation, Task, hold};
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::axes::{axis, guessed, shown};

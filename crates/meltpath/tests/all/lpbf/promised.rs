@@ -12,7 +12,7 @@ use meltpath_base::{Silent, Status, Verdict};
 use super::refused;
 use crate::support::{check, says, warned, write};
 
-const HEAD: &str = r#"[head]
+pub(super) const HEAD: &str = r#"[head]
 name = "by its data sheet"
 sampling = { value = "100 kHz", source = "a test" }
 field = { value = "200 mm", source = "a test" }
@@ -33,7 +33,7 @@ left_out = { value = "1 µm", source = "a test" }
 "#;
 
 /// A recipe that marks well, with a laser-on delay of `on`.
-fn recipe(on: &str) -> String {
+pub(super) fn recipe(on: &str) -> String {
     let mut text = String::from("name = \"mine\"\n");
     for (key, value) in [
         ("contour_speed", "800 mm/s"),
@@ -56,20 +56,20 @@ fn recipe(on: &str) -> String {
     text
 }
 
-fn job(file: &str, tables: &str) -> String {
+pub(super) fn job(file: &str, tables: &str) -> String {
     format!(
         "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"head.toml\"\nrecipes = [\"recipe.toml\"]\ndelays = \"recipe\"\nlayers = \"{file}\"\n{tables}"
     )
 }
 
-fn folder() -> tempfile::TempDir {
+pub(super) fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     write(dir.path(), "head.toml", HEAD);
     write(dir.path(), "recipe.toml", recipe("320 µs"));
     dir
 }
 
-fn verdict(folder: &Path, text: &str) -> Verdict {
+pub(super) fn verdict(folder: &Path, text: &str) -> Verdict {
     let job = write(folder, "job.toml", text);
     let out = folder.join("out");
     let verdict = chain::run(&job, At(&out), &Silent).unwrap().verdict;
@@ -79,7 +79,7 @@ fn verdict(folder: &Path, text: &str) -> Verdict {
 
 /// A text CLI file: for each layer the distance of its hatch over a square of 3 mm, none for its contour alone; its header tells
 /// `told` layers.
-fn cli(hatches: &[Option<f64>], told: usize) -> String {
+pub(super) fn cli(hatches: &[Option<f64>], told: usize) -> String {
     let mut text = format!(
         "$$HEADERSTART\n$$ASCII\n$$UNITS/1\n$$VERSION/200\n$$LAYERS/{told}\n$$HEADEREND\n$$GEOMETRYSTART\n"
     );
