@@ -1,18 +1,21 @@
 //! `meltpath identify`: the motor of a galvanometer from a bench record, tested on what the fit has not seen.
 
 mod lines;
+pub mod ramps;
 
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Limit, Measure, Reporter, Status, Verdict};
 use meltpath_perception::{Mapping, Record, RecordError, read};
 use meltpath_scan_head::identification::error::IdentificationError;
-use meltpath_scan_head::identification::friction::{RampFriction, friction_of_ramps};
+use meltpath_scan_head::identification::friction::friction_of_ramps;
 use meltpath_scan_head::identification::joint::{FAR, Joint, joint};
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
 use meltpath_scan_head::identification::prediction::{Foreseen, Prediction};
 use meltpath_scan_head::identification::ramps::steady_ramps;
 use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
+
+use ramps::Ramps;
 
 /// Share of the record that is fitted; the rest is predicted.
 const FITTED: f64 = 2.0 / 3.0;
@@ -54,8 +57,8 @@ pub struct Identification {
     pub moving: bool,
     /// Samples of the record and of its fitted part.
     pub samples: [usize; 2],
-    /// Friction, where ramps were recorded too, and how many ramps were found.
-    pub friction: Option<(RampFriction, usize)>,
+    /// Friction, where ramps were recorded too.
+    pub friction: Option<Ramps>,
 }
 
 /// Friction from a record of ramps up and down at several speeds, put to a motor that was identified. Channels: `current`
@@ -76,7 +79,13 @@ pub fn add_friction(
         source,
     };
     let (angle, current) = (record.channel("angle")?, record.channel("current")?);
-    let ramps = steady_ramps(angle, current, record.period).map_err(wrong)?;
+    let mut ramps = steady_ramps(angle, current, record.period).map_err(wrong)?;
+    if found.found.reads_beside() {
+        // the same ammeter reads the same where no current flows
+        for ramp in &mut ramps {
+            ramp.current -= found.found.zero[0];
+        }
+    }
     let motor = &found.found.motor;
     let friction = friction_of_ramps(&ramps, motor.torque_constant).map_err(wrong)?;
     if friction.coulomb[0] < 0.0 {
@@ -99,7 +108,7 @@ pub fn add_friction(
             );
         }
     }
-    found.friction = Some((friction, ramps.len()));
+    found.friction = Some(Ramps::new(friction, ramps.len(), &found.found));
     Ok(())
 }
 
@@ -186,7 +195,8 @@ pub fn identify(
 
 impl Identification {
     /// Whether the motor explains its record but for noise, the part that it was fitted to and the part that it has not seen: only then do
-    /// its figures promise anything. Above [`FAR`] nothing can be said.
+    /// its figures promise anything. Above [`FAR`] nothing can be said. Where there are ramps, whether their friction explains them, and
+    /// is that of the record.
     pub fn verdict(&self) -> Verdict {
         let over = self.found.over_noise();
         let channels = || ["current", "angle"].into_iter();
@@ -196,8 +206,10 @@ impl Identification {
         });
         let unseen = channels().zip(self.unseen_over_noise());
         let unseen = unseen.map(|(what, over)| self.of_the_unseen(what, over));
+        let ramps = self.friction.iter();
+        let ramps = ramps.flat_map(|ramps| ramps.checks(self.found.holds()));
         Verdict {
-            checks: fitted.chain(unseen).collect(),
+            checks: fitted.chain(unseen).chain(ramps).collect(),
             ..Verdict::default()
         }
     }

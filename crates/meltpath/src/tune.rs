@@ -6,7 +6,7 @@
 pub mod choose;
 pub(crate) mod design;
 pub(crate) mod error;
-mod export;
+pub(crate) mod export;
 pub mod file;
 pub(crate) mod refinement;
 pub mod settings;

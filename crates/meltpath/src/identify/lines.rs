@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::Identification;
+use super::ramps::{Ramps, both_told};
 
 /// In place of a deviation that promises nothing.
 const UNSAID: &str = "± cannot say";
@@ -13,6 +14,16 @@ const FELT_UNTOLD: f64 = 0.5;
 /// Says a figure in the form of a file, with its source.
 fn figure(name: &str, value: &str, source: &str) -> String {
     format!("{name} = {{ value = \"{value}\", source = \"identified from {source}\" }}")
+}
+
+/// The source of a figure by ramps: a deviation, or that it cannot be said where their law does not hold or the record tells another.
+fn by_ramps(ramps: &Ramps, sigma: &str) -> String {
+    let count = ramps.count;
+    if ramps.hold() {
+        format!("{count} ramps, ± {sigma}")
+    } else {
+        format!("{count} ramps, {UNSAID}")
+    }
 }
 
 impl Identification {
@@ -75,11 +86,11 @@ impl Identification {
             })
             .collect();
         // ramps tell viscous friction apart from dry friction, which the response does not
-        if let Some((friction, ramps)) = &self.friction
-            && friction.viscous[0] > 0.0
+        if let Some(ramps) = &self.friction
+            && ramps.friction.viscous[0] > 0.0
         {
-            let [value, sigma] = friction.viscous;
-            let source = format!("{ramps} ramps, ± {:.2} %", 100.0 * sigma / value);
+            let [value, sigma] = ramps.friction.viscous;
+            let source = by_ramps(ramps, &format!("{:.2} %", 100.0 * sigma / value));
             lines.pop();
             lines.push(figure(
                 "viscous",
@@ -95,16 +106,24 @@ impl Identification {
         let line = |name: &str, value: f64, source: String| {
             figure(name, &format!("{value:.5e} N·m"), &source)
         };
-        if let Some((friction, ramps)) = &self.friction {
-            let of = |[_, sigma]: [f64; 2]| format!("{ramps} ramps, ± {sigma:.1e} N·m");
-            return vec![
+        if let Some(ramps) = &self.friction {
+            let friction = &ramps.friction;
+            let of = |[_, sigma]: [f64; 2]| by_ramps(ramps, &format!("{sigma:.1e} N·m"));
+            let over = friction
+                .over_noise
+                .map(|over| format!(" ({over:.2} times their noise)"));
+            let mut lines = vec![
                 line("coulomb", friction.coulomb[0], of(friction.coulomb)),
                 line("bias", friction.bias[0], of(friction.bias)),
                 format!(
-                    "# torque of the ramps: {:.2e} N·m rms beside this friction, {:.2e} beside viscous friction alone",
-                    friction.rms, friction.rms_viscous_only
+                    "# torque of the ramps: {:.2e} N·m rms beside this friction{}, {:.2e} beside viscous friction alone",
+                    friction.rms,
+                    over.unwrap_or_default(),
+                    friction.rms_viscous_only
                 ),
             ];
+            lines.extend(ramps.beside.iter().map(|b| format!("# {}", both_told(b))));
+            return lines;
         }
         let of =
             |[_, sigma]: [f64; 2]| format!("{file}, {}", self.stated(&format!("{sigma:.1e} N·m")));

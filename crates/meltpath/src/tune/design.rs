@@ -91,6 +91,9 @@ pub(crate) struct AxisResult {
     pub(crate) set_points: Vec<f64>,
     pub(crate) export: Option<Exported>,
     pub(crate) as_exported: Option<Trial>,
+    /// The least distance to the critical point with the current regulator of the head's own cascade in place of the synthesis', where
+    /// that is another one.
+    pub(crate) with_own_current: Option<f64>,
 }
 
 impl AxisResult {
@@ -199,6 +202,7 @@ pub(crate) fn design(
         ways.push((Choice::Robust, "robust", state_space(&found.servo)));
     }
     let choice = choice(settings, robust.is_some());
+    let mut with_own_current = None;
     let (mut candidates, mut export) = (Vec::new(), None);
     for (way, name, controller) in ways {
         let exported = if way == choice {
@@ -212,6 +216,10 @@ pub(crate) fn design(
         found.choice = way;
         found.name = name;
         found.sweep = sweep(task, settings, runs).map_err(step(letter, "comparison"))?;
+        if way == choice {
+            with_own_current =
+                through_own_current(task, settings, runs).map_err(step(letter, "comparison"))?;
+        }
         candidates.push(found);
         export = export.or(exported);
     }
@@ -229,6 +237,7 @@ pub(crate) fn design(
         set_points,
         export: None,
         as_exported: None,
+        with_own_current,
     };
     if let Some((export, controller)) = export {
         result.as_exported = Some(as_exported(&result, settings, controller)?);
@@ -424,6 +433,26 @@ fn sweep(
             })
         })
         .collect()
+}
+
+/// The least distance of a controller that acts through the current regulator of the head's own cascade; nothing where it does anyway.
+fn through_own_current(
+    task: &AxisTask,
+    settings: &Settings,
+    controller: &Controller,
+) -> Result<Option<f64>, StepError> {
+    let (Controller::Sampled(law), Some(own)) = (controller, task.own) else {
+        return Ok(None);
+    };
+    if law.current == own.current {
+        return Ok(None);
+    }
+    let other = Controller::Sampled(SampledController {
+        current: own.current,
+        ..law.clone()
+    });
+    let swept = sweep(task, settings, &other)?;
+    Ok(swept.into_iter().map(|s| s.distance).reduce(f64::min))
 }
 
 /// How far the loop of a controller stays from the critical point with the modes moved by a factor and voltages late, s.

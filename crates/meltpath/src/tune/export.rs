@@ -1,8 +1,9 @@
 //! What leaves: the chosen controllers for drives and for whole jobs, and the responses as tables.
 
+use meltpath_base::number::significant;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::series::name_in_files;
-use meltpath_scan_head::axis::control::AngleUnit;
+use meltpath_scan_head::axis::control::{AngleUnit, CurrentGains};
 use meltpath_scan_head::servo::compare::TrackingError;
 use meltpath_scan_head::servo::file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
 use serde_json::json;
@@ -30,9 +31,15 @@ pub(super) fn write(
     for result in results {
         let letter = result.task.name.letter();
         if let Some(export) = &result.export {
-            let value = serde_json::to_value(export).unwrap_or_default();
+            let mut value = serde_json::to_value(export).unwrap_or_default();
+            let current = result.tuned.gains.current;
+            value["current_regulator"] = json!({
+                "gain_V_per_A": current.gain,
+                "integral_time_s": current.integral_time,
+            });
             write_json(folder, &format!("controller-{letter}.json"), &value)?;
             folder.write(&format!("controller-{letter}.c"), |w| {
+                w.write_all(acts_through(result).as_bytes())?;
                 w.write_all(export.to_c().as_bytes())
             })?;
             folder.write(&format!("controller-{letter}.mat"), |w| {
@@ -43,6 +50,23 @@ pub(super) fn write(
     }
     let value = serde_json::to_value(results.iter().map(summary).collect::<Vec<_>>());
     write_json(folder, "tuning.json", &value.unwrap_or_default())
+}
+
+/// What the drive is to be set to, as a comment of C.
+fn acts_through(result: &AxisResult) -> String {
+    format!(
+        "/* Its output is the set-point of the current. Set the drive's current regulator, K (1 + 1/(T s)), to\n   {};\n   with another one the loop is not the one that was designed and judged. */\n\n",
+        current_words(&result.tuned.gains.current)
+    )
+}
+
+/// A current regulator in words.
+pub(crate) fn current_words(current: &CurrentGains) -> String {
+    format!(
+        "K = {} V/A, T = {} µs",
+        significant(current.gain, 5),
+        significant(1e6 * current.integral_time, 5)
+    )
 }
 
 fn stored(result: &AxisResult) -> AxisController {

@@ -3,6 +3,7 @@
 mod bode;
 mod tables;
 
+use meltpath_base::number::significant;
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_report::html::{Report, Section};
@@ -10,6 +11,7 @@ use meltpath_scan_head::servo::model::Loop;
 
 use crate::tune::design::AxisResult;
 use crate::tune::error::{TuneError, step};
+use crate::tune::export::current_words;
 use crate::tune::refinement::words;
 use crate::tune::settings::Settings;
 
@@ -66,7 +68,7 @@ fn upper(result: &AxisResult) -> char {
 }
 
 /// What is told of an axis beside the checks.
-pub(crate) fn facts(result: &AxisResult) -> [Fact; 2] {
+pub(crate) fn facts(result: &AxisResult) -> Vec<Fact> {
     let (chosen, letter) = (result.chosen(), result.task.name.letter());
     let exported = match &result.as_exported {
         Some(_) => format!("{}, order {}", chosen.name, order(result)),
@@ -77,7 +79,7 @@ pub(crate) fn facts(result: &AxisResult) -> [Fact; 2] {
         ),
     };
     let error = Measure::exact(chosen.bare.error.rms().to_degrees(), "deg");
-    [
+    let mut facts = vec![
         Fact::words(
             &format!("{letter}-exported"),
             &format!("{}: controller exported", upper(result)),
@@ -89,7 +91,33 @@ pub(crate) fn facts(result: &AxisResult) -> [Fact; 2] {
             error,
             "",
         ),
-    ]
+    ];
+    facts.extend(current(result));
+    facts
+}
+
+/// The current regulator that an exported controller acts through, and what becomes of it with that of the head.
+fn current(result: &AxisResult) -> Option<Fact> {
+    result.export.as_ref()?;
+    let (own, designed) = (result.task.own, result.tuned.gains.current);
+    let designed = current_words(&designed);
+    let words = match own.zip(result.with_own_current) {
+        Some((own, distance)) => format!(
+            "{designed}: set the drive to it; the head's file has {}, with which the distance to the critical point is {}",
+            current_words(&own.current),
+            significant(distance, 4)
+        ),
+        None if own.is_some() => format!("{designed}, as the head's file has it"),
+        None => format!("{designed}: set the drive to it"),
+    };
+    Some(Fact::words(
+        &format!("{}-current", result.task.name.letter()),
+        &format!(
+            "{}: current regulator of the exported controller",
+            upper(result)
+        ),
+        &words,
+    ))
 }
 
 fn order(result: &AxisResult) -> String {

@@ -73,6 +73,21 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
             "Scattered motors",
         ],
     );
+    // the drive's current regulator is told with the controller that needs it, and what becomes of it with the head's own
+    let read = |name: &str| fs::read_to_string(outcome.folder.join(name)).unwrap();
+    says(
+        &read("controller-y.c"),
+        &["Set the drive's current regulator", "V/A"],
+    );
+    says(
+        &read("controller-y.json"),
+        &["current_regulator", "gain_V_per_A"],
+    );
+    let own = "the head's file has K = 2.15 V/A, T = 80 µs, with which the distance to the critical point is 0.";
+    says(
+        &read("verdict.json"),
+        &["y-current", "set the drive to it", own],
+    );
     let text = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
     let file: ControllerFile = serde_json::from_str(&text).unwrap();
     assert_eq!(file.axes.len(), 2);

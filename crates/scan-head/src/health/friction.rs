@@ -30,6 +30,7 @@ impl FrictionFit {
         let steady = ramps.iter().map(|r| SteadyRamp {
             speed: r.steady_speed_deg.to_radians(),
             current: r.torque,
+            sigma: None,
         });
         let found = friction_of_ramps(&steady.collect::<Vec<_>>(), 1.0)?;
         let count = ramps.len() as f64;

@@ -18,7 +18,9 @@ const LEAST: usize = 4;
 const REST: f64 = 1e-3;
 
 /// The ramps of a record sampled every `period` s: stretches of 23 ms or more at a constant speed (angles in rad, currents in A), by
-/// time. The first 10 ms of each and the last 3 ms are left out.
+/// time. The first 10 ms of each and the last 3 ms are left out. Each mean current has the deviation that the noise within the ramps leaves
+/// of it: by the differences of pieces that follow each other, so that a drift is not taken for noise; of all ramps together, for one has
+/// few pieces.
 ///
 /// # Errors
 /// [`IdentificationError::Lengths`].
@@ -50,6 +52,7 @@ pub fn steady_ramps(
         .collect();
     let fastest = speeds.iter().fold(0.0, |a: f64, s| a.max(s.abs()));
     let mut ramps = Vec::new();
+    let (mut noise, mut pieces) = (PieceNoise::default(), Vec::new());
     let mut begin = 0;
     while begin < speeds.len() {
         let first = speeds[begin];
@@ -66,14 +69,47 @@ pub fn steady_ramps(
             let held = &current[samples.clone()];
             ramps.push(SteadyRamp {
                 speed: slope(&angle[samples]) / period,
-                current: held.iter().sum::<f64>() / held.len() as f64,
+                current: mean_of(held),
+                sigma: None,
             });
+            pieces.push(noise.add(held, length));
             begin = end;
         } else {
             begin += 1;
         }
     }
+    for (ramp, pieces) in ramps.iter_mut().zip(pieces) {
+        ramp.sigma = Some(noise.of_one() / f64::from(pieces).sqrt());
+    }
     Ok(ramps)
+}
+
+/// Noise of the mean current of a piece, by the differences of pieces that follow each other.
+#[derive(Default)]
+struct PieceNoise {
+    squares: f64,
+    count: u32,
+}
+
+impl PieceNoise {
+    /// Takes the pieces of a ramp, and tells how many they are.
+    fn add(&mut self, held: &[f64], length: usize) -> u32 {
+        let means: Vec<f64> = held.chunks_exact(length).map(mean_of).collect();
+        for pair in means.windows(2) {
+            self.squares += (pair[1] - pair[0]).powi(2);
+            self.count += 1;
+        }
+        means.len() as u32
+    }
+
+    /// Standard deviation of one piece, A.
+    fn of_one(&self) -> f64 {
+        (0.5 * self.squares / f64::from(self.count.max(1))).sqrt()
+    }
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Least-squares slope per sample.

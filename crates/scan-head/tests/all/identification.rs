@@ -267,6 +267,7 @@ fn lpbf_ac06_friction_from_ramps_without_noise() {
         .map(|speed: f64| SteadyRamp {
             speed,
             current: (b * speed + tp + tc * speed.signum()) / kc,
+            sigma: None,
         })
         .to_vec();
     let found = friction_of_ramps(&ramps, kc).unwrap();
@@ -295,6 +296,7 @@ fn lpbf_ac05_dry_friction_fits_ramps_that_viscous_alone_does_not() {
             SteadyRamp {
                 speed,
                 current: steady_current(&motor, speed),
+                sigma: None,
             }
         })
         .to_vec();

@@ -24,6 +24,7 @@ mod laser_delays;
 mod layers;
 mod models;
 mod preview;
+mod ramps;
 mod rays;
 mod recipe_search;
 mod reference;
