@@ -27,7 +27,12 @@ impl SpeedProfile {
                 1.0
             };
             for n in 1..=pieces as usize {
-                knots.push(a.time + (b.time - a.time) * n as f64 / pieces);
+                // the last one to the bit: else a piece as long as the rounding would be left
+                knots.push(if n as f64 == pieces {
+                    b.time
+                } else {
+                    a.time + (b.time - a.time) * n as f64 / pieces
+                });
             }
         }
         SpeedProfile {
@@ -174,6 +179,34 @@ mod tests {
             }
             let by_line = profile.by_line(&path).apply(&path).unwrap();
             prop_assert!((by_line.end() - fast.end()).abs() < 1e-12);
+        }
+    }
+
+    /// Intervals end at the path's points to the bit: no piece is as short as the rounding of its time.
+    #[test]
+    fn no_piece_is_shorter_than_it_was_cut() {
+        let start = BeamPoint::start(300.0, 0.4);
+        for n in 1..200 {
+            let corners = [
+                [0.0, 0.0],
+                [0.137 * f64::from(n), 0.3],
+                [1.1, 0.7],
+                [0.2, 0.9],
+            ];
+            let path = BeamPath::along(&corners, 980.0, start).unwrap();
+            let mut profile = SpeedProfile::of(&path, 0.06);
+            let knots: Vec<f64> = profile.intervals().map(|(_, to, _)| to).collect();
+            for p in &path.points()[1..] {
+                assert!(knots.contains(&p.time), "{n}");
+            }
+            for (k, f) in profile.factors_mut().iter_mut().enumerate() {
+                *f = 1.0 + 0.01 * (k % 7) as f64;
+            }
+            let weaker = crate::lever::Lever::Power.apply(&profile, &path).unwrap();
+            for pair in weaker.points().windows(2) {
+                let way = (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y);
+                assert!(way == 0.0 || way > 1e-3, "{n}: {way}");
+            }
         }
     }
 

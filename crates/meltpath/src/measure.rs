@@ -5,6 +5,7 @@ mod file;
 pub mod found;
 mod judge;
 pub mod map;
+mod near;
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,7 @@ use meltpath_base::output::OutputFolder;
 use meltpath_base::{Observer, Place, Provenance, Reporter, Verdict};
 use meltpath_deposition::capillary::Capillary;
 use meltpath_geometry::math::DVec3;
-use meltpath_perception::beads::{self, Bead, Look, Section, beads, beads_and_corners};
+use meltpath_perception::beads::{self, Bead, Look, Section};
 use meltpath_perception::cloud::{Cloud, CloudError};
 use meltpath_perception::plate::Plate;
 
@@ -42,7 +43,7 @@ meltpath_base::passes_on! {
             points: usize,
         },
         /// A plate without beads.
-        #[error("no straight bead{other} was found on the plate of `{scan}`: {above} points lie higher than `near`{told}; a bead is three times as long as wide, and 10 mm")]
+        #[error("no straight bead{other} was found on the plate of `{scan}`: {above} points lie higher than `near`{told}; {remedy}")]
         NoBead {
             /// The scan.
             scan: String,
@@ -52,9 +53,11 @@ meltpath_base::passes_on! {
             above: usize,
             /// What was seen instead.
             told: String,
+            /// What to do.
+            remedy: String,
         },
         /// More or fewer beads than settings.
-        #[error("the file tells of {told} beads{kind} and `{scan}` shows {found}: {places}; write one [[bead]] for each, or cut the scan")]
+        #[error("the file tells of {told} beads{kind} and `{scan}` shows {found}: {places}; {remedy}")]
         Count {
             /// The scan.
             scan: String,
@@ -66,6 +69,8 @@ meltpath_base::passes_on! {
             found: usize,
             /// Where they lie.
             places: String,
+            /// What to do.
+            remedy: String,
         },
     }
 }
@@ -217,11 +222,7 @@ fn found(
         near: scan.near,
         every: scan.every,
     };
-    let seen = if scan.corners.is_empty() {
-        beads(&cloud.points, plate, look)
-    } else {
-        beads_and_corners(&cloud.points, plate, look)
-    };
+    let seen = near::seen(scan, cloud, plate, look);
     let place = |p: DVec3| format!("x {:.1}, y {:.1}, z {:.1} mm", p.x, p.y, p.z);
     let refused = seen.refused.iter();
     let refused: Vec<String> = refused
@@ -242,6 +243,8 @@ fn found(
                 .chain(refused)
                 .collect::<Vec<_>>()
                 .join("; "),
+            remedy: near::remedy(scan, cloud, plate)
+                .unwrap_or_else(|| "a bead is three times as long as wide, and 10 mm".to_owned()),
         });
     }
     for message in refused {
@@ -262,7 +265,7 @@ fn found(
             "look whether a bead is cut short: spatter and clamps are left out",
         );
     }
-    counted(scan, &seen)?;
+    counted(scan, cloud, plate, &seen)?;
     let measured = |(k, bead): (usize, Bead)| {
         let setting = scan.beads.get(k).copied();
         let fed = |s: &Setting| Some(scan.wire.as_ref()?.section() * s.feed() / s.travel_speed);
@@ -270,7 +273,7 @@ fn found(
             [|s: &Section| s.width, |s: &Section| s.height].map(|of| mean(&bead.sections, of));
         Measured {
             width,
-            width_sigma: width_sigma(&bead.sections, width[1]),
+            width_sigma: bead.width()[1],
             height,
             at_rest: Capillary::of_size(scan.capillary_length, width[0], height[0]),
             area: mean(&bead.sections, |s| s.area),
@@ -284,7 +287,12 @@ fn found(
 }
 
 /// As many beads of each kind as the file tells of, where it tells of any.
-fn counted(scan: &Scan, seen: &beads::Found) -> Result<(), MeasureError> {
+fn counted(
+    scan: &Scan,
+    cloud: &Cloud,
+    plate: &Plate,
+    seen: &beads::Found,
+) -> Result<(), MeasureError> {
     let place = |p: DVec3| format!("x {:.1}, y {:.1}, z {:.1} mm", p.x, p.y, p.z);
     let any = !(scan.beads.is_empty() && scan.corners.is_empty());
     let straight: Vec<String> = seen.beads.iter().map(|b| place(b.middle)).collect();
@@ -320,18 +328,12 @@ fn counted(scan: &Scan, seen: &beads::Found) -> Result<(), MeasureError> {
                 } else {
                     listed.join("; ")
                 },
+                remedy: near::remedy(scan, cloud, plate)
+                    .unwrap_or_else(|| "write one [[bead]] for each, or cut the scan".to_owned()),
             });
         }
     }
     Ok(())
-}
-
-/// The standard uncertainty of the mean width of sections that scatters by `scatter`, mm.
-fn width_sigma(sections: &[Section], scatter: f64) -> f64 {
-    let n = sections.len() as f64;
-    let squares: f64 = sections.iter().map(|s| s.width_sigma[0].powi(2)).sum();
-    let carried = sections.iter().map(|s| s.width_sigma[1]).sum::<f64>() / n;
-    (scatter.max((squares / n).sqrt()) / n.sqrt()).hypot(carried)
 }
 
 fn mean(sections: &[Section], of: impl Fn(&Section) -> f64) -> Mean {

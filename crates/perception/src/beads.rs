@@ -45,6 +45,20 @@ pub struct Bead {
     pub points: usize,
 }
 
+impl Bead {
+    /// Mean width of its sections and the standard uncertainty of that, mm: by what differs from section to section, which grows less with their
+    /// number, and by what is common to them, which does not.
+    pub fn width(&self) -> [f64; 2] {
+        let n = self.sections.len() as f64;
+        let mean = |of: &dyn Fn(&Section) -> f64| self.sections.iter().map(of).sum::<f64>() / n;
+        let width = mean(&|s| s.width);
+        let scatter = mean(&|s| (s.width - width).powi(2)) * n / (n - 1.0).max(1.0);
+        let own = mean(&|s| s.width_sigma[0].powi(2));
+        let common = mean(&|s| s.width_sigma[1]);
+        [width, (scatter.max(own) / n).sqrt().hypot(common)]
+    }
+}
+
 /// What a cloud holds besides its plate.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {

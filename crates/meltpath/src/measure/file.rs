@@ -13,6 +13,9 @@ use crate::data::DataText;
 use crate::job::{JobError, PartUnit, Problems, text_of};
 use crate::pools::nearest;
 
+/// Least and greatest `near`, mm.
+pub(super) const NEAR: std::ops::RangeInclusive<f64> = 0.01..=2.0;
+
 table! {
     /// A scan of beads on a plate, straight or with one corner, and the settings that they were laid with.
     pub struct ScanFile {
@@ -21,7 +24,7 @@ table! {
         /// The unit of its numbers.
         unit: PartUnit => default("mm", "what scanners write");
         /// Points so near the plate are the plate. The bead begins above it.
-        near: Length where within(0.01, 2.0) => default("0.2 mm", "four times the noise of a laser line scanner");
+        near: Length where within(*NEAR.start(), *NEAR.end()) => default("0.2 mm", "four times the noise of a laser line scanner");
         /// Distance between sections, which are taken in the middle 60 % of each bead.
         every: Length where within(0.2, 100.0) => default("5 mm", "the source's");
         /// The wire: a name in `data/wires`, or a TOML file of your own.

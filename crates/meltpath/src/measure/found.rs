@@ -53,6 +53,12 @@ impl Measured {
         all.iter().map(|s| s.off / s.height).sum::<f64>() / all.len() as f64
     }
 
+    /// Share of its width that points show; the mean over the sections.
+    pub fn shown(&self) -> f64 {
+        let all = &self.bead.sections;
+        all.iter().map(|s| s.shown).sum::<f64>() / all.len() as f64
+    }
+
     /// Two thirds of width times height over the area, less one: zero of a parabola.
     pub fn form(&self) -> f64 {
         2.0 / 3.0 * self.width[0] * self.height[0] / self.area[0] - 1.0

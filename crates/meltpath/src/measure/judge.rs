@@ -1,6 +1,6 @@
 //! What can be said of measured beads.
 
-use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter};
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_deposition::consumable::Wire;
 use meltpath_perception::cloud::Cloud;
 use meltpath_perception::plate::Plate;
@@ -19,6 +19,15 @@ const ROUND: f64 = 10.0;
 const MOST: [f64; 2] = [100.0, 130.0];
 /// Least metal over the wire that was fed, %: what else is lost as spatter or was never fed.
 const LEAST: f64 = 70.0;
+/// Uncertainty of a width up to which it is one, of it, %.
+const KNOWN: f64 = 5.0;
+/// Least share of a bead's width that points show, %.
+const SHOWN: f64 = 90.0;
+/// Least and most of the area over width times height, %: of a parabola 67, of half an ellipse 79, of a flat top (1 - u⁴) 80. What has less
+/// thins out towards the plate, so that its feet are not seen; what has more has no form of liquid metal.
+const FULL: [f64; 2] = [62.0, 85.0];
+/// Where `near` is more of the height, the feet of a bead are not seen.
+const LOW: f64 = 0.2;
 /// Least share of a scan that is its plate.
 const PLATE: f64 = 0.1;
 
@@ -55,7 +64,7 @@ pub(super) fn warn(beads: &[Measured], cloud: &Cloud, plate: &Plate, reporter: &
                     100.0 * form,
                     100.0 * off
                 ),
-                "look at its section in the report: two beads that touch count as one; width, height and area hold for any form of one bead",
+                "look at its section in the report: two beads that touch count as one; width, height and area are those of its points, where full-least and full-most pass",
             );
         }
     }
@@ -96,6 +105,7 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         let remedy = "look at its section in the report: two beads that touch count as one";
         checks.push(at(check.remedy(remedy), one));
     }
+    checks.extend(seen(scan, beads));
     if beads.is_empty() {
         return checks;
     }
@@ -141,6 +151,71 @@ pub(super) fn checks(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
         });
     }
     checks
+}
+
+/// A check of what a scan shows: where it does not, nothing is wrong with the bead, and nothing can be said of it.
+fn unsaid(check: Check) -> Check {
+    match check.status {
+        Status::Fail => Check {
+            status: Status::CannotSay,
+            ..check
+        },
+        _ => check,
+    }
+}
+
+/// Whether the scan shows the widths of its beads.
+fn seen(scan: &Scan, beads: &[Measured]) -> Vec<Check> {
+    let known = |b: &Measured| 100.0 * b.width_sigma / b.width[0];
+    let shown = |b: &Measured| 100.0 * b.shown();
+    let full = |b: &Measured| 100.0 * b.area[0] / (b.width[0] * b.height[0]);
+    let low = |b: &Measured| scan.near > LOW * b.height[0];
+    let judged = |id, title, of: &dyn Fn(&Measured) -> f64, limit, remedy: &str| {
+        let sign = if matches!(limit, Limit::AtMost(_)) {
+            1.0
+        } else {
+            -1.0
+        };
+        let one = worst(beads, |b| sign * of(b))?;
+        let check = Check::judge(id, title, Measure::exact(of(one.1), "%"), limit);
+        Some(at(unsaid(check.remedy(remedy)), one))
+    };
+    let rows = "scan more closely across the bead: what lies between rows of points, or in a hole of the scan, is not known";
+    let smaller = "the bead is hardly higher than near, below which points may be the plate's: take a smaller near, four times the noise of the scanner";
+    let worst_known = worst(beads, known).is_some_and(|one| low(one.1));
+    [
+        judged(
+            "width-known",
+            "uncertainty of a bead's width, of it",
+            &known,
+            Limit::AtMost(KNOWN),
+            if worst_known { smaller } else { rows },
+        ),
+        judged(
+            "shown",
+            "width of a bead's sections that the scan shows",
+            &shown,
+            Limit::AtLeast(SHOWN),
+            "scan the bead again, from the side that is hidden or more closely: what is not seen is drawn as the parabola of the rest",
+        ),
+        judged(
+            "full-least",
+            "least area of a bead over its width times its height",
+            &full,
+            Limit::AtLeast(FULL[0]),
+            "look at its section in the report: it is pointed, or thins out towards the plate, and where it ends is not seen; measure its width otherwise",
+        ),
+        judged(
+            "full-most",
+            "most area of a bead over its width times its height",
+            &full,
+            Limit::AtMost(FULL[1]),
+            "look at its section in the report: the scan misses its feet, or it is no single bead",
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Least and most metal over the wire that was fed at corners, %.

@@ -50,8 +50,12 @@ pub(super) fn of(scan: &Scan, beads: &[Measured], checks: &[Check]) -> Result<St
     let squares: f64 = kept.iter().map(|k| (k - mean).powi(2)).sum();
     let sigma = (squares / (kept.len() as f64 - 1.0)).sqrt();
     let measured: Option<Vec<f64>> = all.iter().map(|(_, s)| s.measured_feed).collect();
-    if let Some(failed) = checks.iter().find(|c| c.status == Status::Fail) {
-        let told = format!("a check of the beads fails ({})", failed.id);
+    let bad = |c: &&Check| matches!(c.status, Status::Fail | Status::CannotSay);
+    if let Some(failed) = checks.iter().find(bad) {
+        let told = match failed.status {
+            Status::Fail => format!("a check of the beads fails ({})", failed.id),
+            _ => format!("the scan does not show enough ({})", failed.id),
+        };
         return no(told, "mend what it tells first");
     }
     let word = |text: &str| Value::String(text.to_owned()).to_string();

@@ -113,7 +113,7 @@ fn beads_of_a_scan_make_a_map_that_predicts_another() {
             bead.form()
         );
     }
-    assert_eq!(found.verdict.checks.len(), 4);
+    assert_eq!(found.verdict.checks.len(), 8);
     for check in &found.verdict.checks {
         assert_eq!(check.status, Status::Pass, "{check:?}");
     }
@@ -244,6 +244,118 @@ fn two_beads_that_touch_do_not_pass() {
     assert_eq!(found.beads.len(), 1);
     assert_eq!(check(&found.verdict, "form").status, Status::Fail);
     assert!(warned(&found.verdict, "no-parabola"));
+}
+
+/// Two beads 6 mm wide and 2 mm high along x, 20 mm apart, of a form: its share of the height at a share of half the width.
+struct Two {
+    form: fn(f64) -> f64,
+    high: f64,
+    /// Rows of points so far apart, mm; at any place where zero.
+    rows: f64,
+    /// What is not seen, by the distance from the middle of the nearest bead, mm.
+    hidden: [f64; 2],
+    /// How far the plate is bowed along the beads, mm, and the scanner's noise.
+    bowed: f64,
+    noise: f64,
+}
+
+const TWO: Two = Two {
+    form: |u| 1.0 - u * u,
+    high: 2.0,
+    rows: 0.0,
+    hidden: [0.0; 2],
+    bowed: 0.0,
+    noise: 0.03,
+};
+
+impl Two {
+    fn scan(&self) -> String {
+        let mut random = Random::new(8);
+        let mut text = String::new();
+        for _ in 0..60_000 {
+            let (x, mut y) = (random.between(-10.0, 60.0), random.between(0.0, 40.0));
+            if self.rows > 0.0 {
+                y = self.rows * ((y / self.rows).floor() + 0.4);
+            }
+            let off = y.rem_euclid(20.0) - 10.0;
+            if (self.hidden[0]..self.hidden[1]).contains(&off) {
+                continue;
+            }
+            let u: f64 = off / 3.0;
+            let on = (0.0..50.0).contains(&x) && u.abs() < 1.0;
+            let z = if on { self.high * (self.form)(u) } else { 0.0 }
+                + self.bowed * ((x - 25.0) / 35.0).powi(2)
+                + self.noise * random.normal();
+            writeln!(text, "{x:.4} {y:.4} {z:.4}").unwrap();
+        }
+        text
+    }
+}
+
+/// What a scan does not show is not told as a width: rows far apart, low beads, a hidden foot, a bell.
+#[test]
+fn widths_that_a_scan_does_not_show_cannot_be_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = write(dir.path(), "scan.toml", "scan = \"plate.xyz\"\n");
+    let bell: fn(f64) -> f64 = |u| (0.5 * std::f64::consts::PI * u).cos().powi(2);
+    for (two, told) in [
+        (TWO, ""),
+        (Two { rows: 0.8, ..TWO }, "width-known"),
+        (Two { high: 0.4, ..TWO }, "width-known"),
+        (
+            Two {
+                hidden: [1.75, 3.8],
+                ..TWO
+            },
+            "shown",
+        ),
+        (Two { form: bell, ..TWO }, "full-least"),
+    ] {
+        write(dir.path(), "plate.xyz", two.scan());
+        let _ = std::fs::remove_dir_all(dir.path().join("out"));
+        let found = measured(dir.path(), &file).unwrap();
+        for id in ["width-known", "shown", "full-least", "full-most"] {
+            let check = check(&found.verdict, id);
+            let known = check.status == Status::Pass;
+            assert!(known || check.status == Status::CannotSay, "{check:?}");
+            assert!(known || !told.is_empty(), "{check:?}");
+            assert!(!known || id != told, "{told}: {check:?}");
+            assert!(known || check.remedy.is_some(), "{check:?}");
+            assert!(check.place.as_ref().unwrap().bead.is_some());
+        }
+        // a bell's area is its own all the same, and nothing but its width is wrong
+        let width = found.beads[0].width[0];
+        let off = (width - 6.0).abs() / found.beads[0].width_sigma;
+        assert!(off < 2.0 || told == "full-least", "{told}: {width}");
+    }
+}
+
+/// A plate that is bowed, or noisy, by more than `near`: the message tells which `near` shows the beads, and it does.
+#[test]
+fn the_near_that_shows_beads_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let settings = "[[bead]]\nwire_feed = \"5 m/min\"\ntravel_speed = \"0.5 m/min\"\n".repeat(2);
+    for two in [Two { bowed: 0.7, ..TWO }, Two { noise: 0.15, ..TWO }] {
+        write(dir.path(), "plate.xyz", two.scan());
+        let with = |head: &str| {
+            let text = format!("scan = \"plate.xyz\"\n{head}{settings}");
+            let _ = std::fs::remove_dir_all(dir.path().join("out"));
+            measured(dir.path(), &write(dir.path(), "scan.toml", text))
+        };
+        let error = with("").unwrap_err().to_string();
+        let near = error
+            .split("write ")
+            .nth(1)
+            .and_then(|t| t.split(',').next());
+        let near = near.unwrap_or_default();
+        assert!(near.starts_with("near = \"0."), "{error}");
+        let found = with(&format!("{near}\n")).unwrap();
+        let [width, sigma] = [found.beads[0].width[0], found.beads[0].width_sigma];
+        assert!(
+            (width - 6.0).abs() < 2.0 * sigma,
+            "{near}: {width} ± {sigma}"
+        );
+    }
 }
 
 #[test]

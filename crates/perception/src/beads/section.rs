@@ -18,8 +18,12 @@ const STRAY: f64 = 3.0;
 const FITS: f64 = 1.4;
 /// Share of a bead's width to both sides of its middle that is its top.
 const TOP: f64 = 0.15;
+/// Points nearer to each other across, in widths, may be of one row.
+const ROW: f64 = 0.05;
 /// Rounds in which stray points are left out.
 const ROUNDS: usize = 3;
+/// What lies between points so much of the width apart is not seen.
+const GAP: f64 = 0.15;
 /// Steps across of which the area is the sum, mm.
 const STEP: f64 = 0.25;
 
@@ -33,12 +37,14 @@ pub struct Section {
     /// Where it meets the plate, from foot to foot, mm: of any form.
     pub width: f64,
     /// Standard uncertainty of the width, mm: by the scatter of its points, which differs from section to section, and by how flanks go on
-    /// below `near`, which does not.
+    /// below `near` and between the rows of a scanner, which does not.
     pub width_sigma: [f64; 2],
     /// Of its top, mm: of any form.
     pub height: f64,
     /// Under the points, mm²: of any form.
     pub area: f64,
+    /// Share of the width that points show: what lies in gaps wider than 15 % of it is not.
+    pub shown: f64,
     /// Root mean square distance of its points from the parabola of least squares, mm.
     pub off: f64,
     /// Its points, across the bead and above the plate, mm, by their places.
@@ -97,16 +103,18 @@ impl Section {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         let height = top(&own, middle, wide).unwrap_or(height);
         let [left, right] = feet(&points, middle, (near, height)).ok_or_else(|| no_foot(along))?;
+        let (area, shown) = area(&points, [middle - left.out, middle + right.out], -c);
         Ok(Section {
             along,
             centre: middle + 0.5 * (right.out - left.out),
             width: left.out + right.out,
             width_sigma: [
                 left.scatter.hypot(right.scatter),
-                left.carried + right.carried,
+                left.common + right.common,
             ],
             height,
-            area: area(&points, 0.5 * (low + high), wide),
+            area,
+            shown,
             off: (squares / own.len() as f64).sqrt(),
             points,
         })
@@ -131,12 +139,16 @@ fn feet(points: &[DVec2], middle: f64, (near, height): (f64, f64)) -> Option<[Fo
     Some([foot(&lower, near, height)?, foot(&upper, near, height)?])
 }
 
-/// The height of a section's top: of a parabola through its middle alone; `None` of too few points.
+/// The height of a section's top: of a parabola through its middle alone; `None` of too few points, or of fewer rows than a parabola has numbers.
 fn top(own: &[DVec2], middle: f64, width: f64) -> Option<f64> {
     let inner = |p: &&DVec2| (p.x - middle).abs() <= TOP * width;
     let moved = |p: &DVec2| DVec2::new(p.x - middle, p.y);
     let points: Vec<DVec2> = own.iter().filter(inner).map(moved).collect();
-    let [a, b, c] = (points.len() >= POINTS).then(|| parabola(&points))??;
+    let mut places: Vec<f64> = points.iter().map(|p| p.x).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|next, first| *next <= *first + ROW * width);
+    let enough = points.len() >= POINTS && places.len() >= 3;
+    let [a, b, c] = enough.then(|| parabola(&points))??;
     let at = -b / (2.0 * c);
     let inside = c < 0.0 && at.abs() <= TOP * width;
     Some(if inside { a - b * b / (4.0 * c) } else { a })
@@ -183,11 +195,12 @@ fn parabola(points: &[DVec2]) -> Option<[f64; 3]> {
     found
 }
 
-/// The area under points, from foot to foot: trapezia between the means of what lies in even steps across, each at its own mean place, so
-/// that rows of a scanner do not beat with the steps.
-fn area(points: &[DVec2], centre: f64, width: f64) -> f64 {
+/// The area under points from foot to foot, and the share of that way which they show: trapezia between the means of what lies in even steps
+/// across, each at its own mean place, so that rows of a scanner do not beat with the steps. Between means the section bends as its parabola of
+/// least squares does, by `bend` times the square of the distance: chords would cut it short where points are far apart.
+fn area(points: &[DVec2], [first, last]: [f64; 2], bend: f64) -> (f64, f64) {
+    let width = last - first;
     let count = (width / STEP).ceil().max(1.0);
-    let first = centre - 0.5 * width;
     let mut sums = vec![(DVec2::ZERO, 0.0); count as usize];
     for p in points {
         let place = (p.x - first) / width * count;
@@ -199,13 +212,18 @@ fn area(points: &[DVec2], centre: f64, width: f64) -> f64 {
         }
     }
     let means = sums.iter().filter(|s| s.1 > 0.0).map(|s| s.0 / s.1);
-    let feet = [first, first + width].map(|y| DVec2::new(y, 0.0));
-    let mut line = vec![feet[0]];
+    let mut line = vec![DVec2::new(first, 0.0)];
     line.extend(means);
-    line.push(feet[1]);
-    line.windows(2)
-        .map(|w| 0.5 * (w[0].y + w[1].y) * (w[1].x - w[0].x))
-        .sum()
+    line.push(DVec2::new(last, 0.0));
+    let (mut area, mut unseen) = (0.0, 0.0);
+    for w in line.windows(2) {
+        let apart = w[1].x - w[0].x;
+        area += 0.5 * (w[0].y + w[1].y) * apart + bend * apart.powi(3) / 6.0;
+        if apart > GAP * width {
+            unseen += apart;
+        }
+    }
+    (area, 1.0 - unseen / width)
 }
 
 #[cfg(test)]
@@ -268,6 +286,82 @@ mod tests {
                 error.contains("flat on top") || error.contains("no bead"),
                 "{error}"
             );
+        }
+    }
+
+    /// Rows of a scanner along the bead: what lies between them is not known, and is told; gaps do not cut the area short.
+    #[test]
+    fn rows_and_gaps_take_nothing_from_the_area_and_are_told() {
+        let mut random = meltpath_numerics::random::Random::new(4);
+        let mut rows = |pitch: f64, from: f64, seen: fn(f64) -> bool| {
+            let count = (10.0 / pitch) as i32;
+            let places = (-count..=count).map(|k| from + pitch * f64::from(k));
+            let all: Vec<DVec2> = places
+                .filter(|y| seen(*y))
+                .flat_map(|y| std::iter::repeat_n(y, 20))
+                .map(|y| {
+                    let z = (1.9 * (1.0 - (y / 2.6).powi(2))).max(0.0);
+                    DVec2::new(y, z + 0.03 * random.normal())
+                })
+                .collect();
+            let (own, plate): (Vec<DVec2>, Vec<DVec2>) = all.into_iter().partition(|p| p.y > 0.2);
+            Section::of(0.0, &own, &plate, 0.2).unwrap()
+        };
+        let area = 2.0 / 3.0 * 5.2 * 1.9;
+        let mut widths = Vec::new();
+        for from in [0.0, 0.08, 0.16, 0.24, 0.32, 0.4] {
+            for (pitch, least) in [(0.05, 0.0), (0.5, 0.02)] {
+                let section = rows(pitch, from, |_| true);
+                let [own, common] = section.width_sigma;
+                let told = own.hypot(common) / 5.2;
+                let off = section.width / 5.2 - 1.0;
+                assert!(off.abs() < 2.0 * told, "{pitch} {from}: {off} for {told}");
+                assert!((least..0.1).contains(&told), "{pitch} {from}: {told}");
+                let area = section.area / area - 1.0;
+                assert!(area.abs() < 0.04, "{pitch} {from}: {area}");
+                assert!((section.height / 1.9 - 1.0).abs() < 0.02, "{pitch} {from}");
+                assert!(section.shown > 0.99, "{pitch} {from}: {}", section.shown);
+                widths.push(off);
+            }
+        }
+        assert!(widths.iter().any(|off| off.abs() > 0.005), "{widths:?}");
+        // one foot is not seen: from 60 % of half the width outwards
+        let section = rows(0.05, 0.0, |y| !(1.56..3.0).contains(&y));
+        assert!(section.shown < 0.85, "{}", section.shown);
+        assert!(section.width_sigma[1] > 0.05 * 5.2);
+        // and another between two parts of the flank: it takes nothing
+        let section = rows(0.05, 0.0, |y| !(1.3..1.9).contains(&y));
+        assert!((section.area / area - 1.0).abs() < 0.01, "{}", section.area);
+        assert!(section.shown > 0.99);
+    }
+
+    /// A bead hardly higher than what may be its plate: the form of what lies below is not known, and the uncertainty covers it.
+    #[test]
+    fn low_beads_are_as_wide_as_they_are_to_their_uncertainty() {
+        let mut random = meltpath_numerics::random::Random::new(6);
+        let forms: [fn(f64) -> f64; 3] = [
+            |u| 1.0 - u * u,
+            |u| (1.0 - u * u).max(0.0).sqrt(),
+            |u| 1.0 - u.abs(),
+        ];
+        for form in forms {
+            for (high, wide, least) in [(0.4, 3.0, 0.1), (0.5, 3.5, 0.05), (0.8, 4.0, 0.01)] {
+                let all: Vec<DVec2> = (0..400)
+                    .map(|_| {
+                        let y = random.between(-4.0, 4.0);
+                        let u: f64 = 2.0 * y / wide;
+                        let z = if u.abs() < 1.0 { high * form(u) } else { 0.0 };
+                        DVec2::new(y, z + 0.03 * random.normal())
+                    })
+                    .collect();
+                let (own, plate): (Vec<DVec2>, Vec<DVec2>) =
+                    all.into_iter().partition(|p| p.y > 0.2);
+                let section = Section::of(0.0, &own, &plate, 0.2).unwrap();
+                let told = section.width_sigma[0].hypot(section.width_sigma[1]) / wide;
+                let off = section.width / wide - 1.0;
+                assert!(off.abs() < 2.5 * told, "{high}: {off} for {told}");
+                assert!(told > least, "{high}: {told}");
+            }
         }
     }
 
