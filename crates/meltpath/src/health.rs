@@ -253,7 +253,7 @@ pub fn test(
     };
     let drifts = history
         .reference()
-        .map(|reference| rate(reference, &record))
+        .map(|reference| rate(reference, &record, &subject.modes()))
         .unwrap_or_default();
     let accepted = history.reference().map_or(&[][..], |r| &r.modes);
     let missing = checks::missing_modes(&subject.modes(), accepted, &record.modes, reporter);

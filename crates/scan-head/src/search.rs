@@ -91,9 +91,11 @@ pub struct Candidate {
     pub contour_share: f64,
     /// 99th percentile of the contour error, mm, on the small job.
     pub contour_error: f64,
+    /// The longest stretch of contours without light, mm, on the small job.
+    pub unlit: f64,
     /// Fill rate on the small job; 1 where no line of a fill is marked.
     pub fill_rate: f64,
-    /// Whether both bounds are kept.
+    /// Whether all bounds are kept.
     pub within: bool,
 }
 
@@ -108,6 +110,8 @@ pub struct Found {
     pub tried: Vec<Candidate>,
     /// The bounds, with the fill rate that held.
     pub bounds: Bounds,
+    /// The longest stretch of contours that may stay without light, mm: [`longest_unlit`].
+    pub most_unlit: f64,
     /// What the small job marks: the speed of what it does not mark stays that of the recipe.
     pub marks: Marks,
 }
@@ -154,18 +158,24 @@ impl Found {
         front
     }
 
-    /// The candidate nearest to both bounds, for when none keeps them.
+    /// The candidate nearest to the bounds, for when none keeps them.
     pub fn nearest(&self) -> &Candidate {
         let bounds = &self.bounds;
         let miss = |c: &Candidate| {
             (bounds.contour_share - c.contour_share).max(0.0)
                 + (bounds.fill_rate - c.fill_rate).max(0.0)
+                + (1.0 - self.most_unlit / c.unlit).max(0.0)
         };
         self.tried
             .iter()
             .min_by(|a, b| miss(a).total_cmp(&miss(b)))
             .unwrap_or(&self.start)
     }
+}
+
+/// The longest stretch of contours that may stay without light, mm: as far as a spot of a head heals, or as contours may be off.
+pub fn longest_unlit(head: &ScanHead, contour_error: f64) -> f64 {
+    (2.0 * head.beam.waist).max(contour_error)
 }
 
 /// The head with its mirrors' first filter scaled.
@@ -284,6 +294,7 @@ pub fn search(
         best = fastest(&tried);
     }
     Ok(Found {
+        most_unlit: search.most_unlit(),
         best,
         start,
         tried,
@@ -368,7 +379,7 @@ impl Search<'_> {
         let range = [b.contour_speed, b.fill_speed];
         let good = |c: &Candidate| {
             [
-                c.contour_share >= b.contour_share,
+                c.contour_share >= b.contour_share && c.unlit <= self.most_unlit(),
                 c.fill_rate >= b.fill_rate,
             ]
         };
@@ -448,6 +459,7 @@ impl Search<'_> {
             jump_factor: held.jump,
             contour_share: 0.0,
             contour_error: f64::INFINITY,
+            unlit: f64::INFINITY,
             fill_rate: 0.0,
             within: false,
             recipe: recipe.clone(),
@@ -478,6 +490,7 @@ impl Search<'_> {
         let strays = head.head().left_out.flatten();
         candidate.contour_share = errors.contour_share(self.bounds.contour_error, strays);
         candidate.contour_error = errors.contour_way.quantile(0.99);
+        candidate.unlit = errors.dark().longest.length;
         candidate.fill_rate = fill;
         candidate.within = self.within(&candidate);
         candidate.recipe = recipe;
@@ -485,7 +498,13 @@ impl Search<'_> {
     }
 
     fn within(&self, c: &Candidate) -> bool {
-        c.contour_share >= self.bounds.contour_share && c.fill_rate >= self.bounds.fill_rate
+        c.contour_share >= self.bounds.contour_share
+            && c.unlit <= self.most_unlit()
+            && c.fill_rate >= self.bounds.fill_rate
+    }
+
+    fn most_unlit(&self) -> f64 {
+        longest_unlit(self.problem.head, self.bounds.contour_error)
     }
 }
 

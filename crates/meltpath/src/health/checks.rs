@@ -26,21 +26,26 @@ pub(super) fn of(drifts: &[Drift]) -> Vec<Check> {
         let limit = Limit::AtMost(100.0 * d.limits.1);
         let id = format!("drift-{}", d.quantity.replace(' ', "-"));
         let mut check = Check::judge(&id, &d.quantity, Measure::exact(100.0 * d.size, "%"), limit);
-        check.status = match d.rating {
-            Rating::Good => Status::Pass,
-            Rating::Watch => Status::Warn,
-            Rating::Intervene => Status::Fail,
+        check.status = match (&d.doubt, d.rating) {
+            (Some(_), _) => Status::CannotSay,
+            (None, Rating::Good) => Status::Pass,
+            (None, Rating::Watch) => Status::Warn,
+            (None, Rating::Intervene) => Status::Fail,
         };
+        let words = d.doubt.as_deref().unwrap_or(d.rating.words());
+        let room = d.room.filter(|room| room.is_finite());
+        let room = room.map_or(String::new(), |room| format!(" ± {:.1}", 100.0 * room));
         check.reason = format!(
-            "{}: {:+.1} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
-            d.rating.words(),
+            "{words}: {:+.1}{room} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
             100.0 * d.change,
             d.reference,
             d.now,
             100.0 * d.limits.0,
             100.0 * d.limits.1
         );
-        if d.rating == Rating::Good {
+        if d.doubt.is_some() {
+            check.remedy("mend what else has drifted first; a stronger first stage and a finer encoder show modes that are faint and let the figures scatter less")
+        } else if d.rating == Rating::Good {
             check
         } else {
             let after = if first.is_empty() || COIL.contains(&d.quantity.as_str()) {

@@ -1,5 +1,6 @@
 //! The recipe search of a job: what is simulated, and what the verdict says of it.
 
+use meltpath_base::number::significant;
 use meltpath_base::{Check, Fact, Measure, Observer, Status};
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::head::error::HeadError;
@@ -120,15 +121,12 @@ impl<'a> OnTheWhole<'a> {
         Some(unless_slowed(check, self.result.survey))
     }
 
-    /// The worst that its checks against the bounds say.
-    fn status(&self, checks: &[Check]) -> Status {
-        let own = [
-            format!("contour-{}", self.number),
-            format!("fill-{}", self.number),
-        ];
-        let bound = |c: &&Check| c.id == FILL || own.contains(&c.id);
-        let worst = checks.iter().filter(bound).map(|c| c.status).max();
-        worst.unwrap_or(Status::Pass)
+    /// The worst that its checks say, and which one says it: all that are of this recipe, and the bound of its fill rate.
+    fn worst<'c>(&self, checks: &'c [Check]) -> Option<&'c Check> {
+        let number = self.number.to_string();
+        let own =
+            |c: &&Check| c.id == FILL || c.id.rsplit_once('-').is_some_and(|(_, of)| of == number);
+        checks.iter().filter(own).max_by_key(|c| c.status)
     }
 }
 
@@ -146,12 +144,14 @@ pub(super) fn tell(
     let Some(best) = &found.best else {
         let near = found.nearest();
         let reason = format!(
-            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its way along contours and {:.1} % of its fill within them, the bounds are {:.1} and {:.1} %",
+            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its way along contours and {:.1} % of its fill within them and up to {} mm of contours without light, the bounds are {:.1} and {:.1} % and {} mm",
             found.tried.len(),
             100.0 * near.contour_share,
             100.0 * near.fill_rate,
+            significant(near.unlit, 3),
             100.0 * found.bounds.contour_share,
-            100.0 * found.bounds.fill_rate
+            100.0 * found.bounds.fill_rate,
+            significant(found.most_unlit, 3)
         );
         let check = Check {
             status: Status::Warn,
@@ -165,15 +165,15 @@ pub(super) fn tell(
         }));
         return;
     };
-    let status = whole.map_or(Status::CannotSay, |w| w.status(checks));
-    let title = match status {
-        Status::Pass | Status::Warn | Status::NotChecked => {
+    let worst = whole.and_then(|w| w.worst(checks));
+    let title = match worst.map(|c| c.status) {
+        Some(Status::Pass | Status::Warn | Status::NotChecked) => {
             "time saved by the fastest recipe within the bounds"
         }
-        Status::CannotSay => {
+        None | Some(Status::CannotSay) => {
             "time saved by the recipe found; whether the whole job keeps the bounds cannot be said"
         }
-        Status::Fail => {
+        Some(Status::Fail) => {
             "time saved by the recipe found, which keeps the bounds where it was searched, not on the whole job"
         }
     };
@@ -183,6 +183,10 @@ pub(super) fn tell(
     } else {
         found_words(best, found.marks)
     };
+    let beyond = worst.filter(|c| matches!(c.status, Status::Fail | Status::CannotSay));
+    let words = beyond.map_or(words.clone(), |check| {
+        format!("{words}; {}: {}", check.status.words(), check.title)
+    });
     facts.push(Fact::new(ID, title, Measure::exact(saved, "%"), &words));
 }
 

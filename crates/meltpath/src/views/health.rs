@@ -1,13 +1,13 @@
 //! The page of a health test: what drifted, its steps and ramps, friction and lag against speed, the trend.
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Provenance, Verdict};
+use meltpath_base::{Provenance, Status, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::Plot;
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::health::bench::Km0Stage1;
-use meltpath_scan_head::health::rating::{Drift, Km0Record, rate};
+use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
 
 use crate::health::history::{Entry, History};
 
@@ -57,14 +57,15 @@ fn drift(told: &Told<'_>) -> Section {
             "then",
             "now",
             "change, %",
+            "±, %",
             "rating",
             "likely fault",
             "action",
         ],
     );
     for d in told.drifts {
-        let (fault, action) = match d.rating {
-            meltpath_scan_head::health::rating::Rating::Good => ("", ""),
+        let (fault, action) = match (&d.doubt, d.rating) {
+            (Some(_), _) | (None, Rating::Good) => ("", ""),
             _ => (d.fault, d.action),
         };
         table.rows.push(vec![
@@ -72,7 +73,13 @@ fn drift(told: &Told<'_>) -> Section {
             Cell::Number(d.reference),
             Cell::Number(d.now),
             Cell::Fixed(100.0 * d.change, 1),
-            Cell::text(d.rating.words()),
+            d.room
+                .map_or(Cell::Empty, |room| Cell::Fixed(100.0 * room, 1)),
+            Cell::text(if d.doubt.is_some() {
+                Status::CannotSay.words()
+            } else {
+                d.rating.words()
+            }),
             Cell::text(fault),
             Cell::text(action),
         ]);
@@ -149,7 +156,7 @@ fn trend(told: &Told<'_>) -> Vec<Plot> {
         .entries()
         .iter()
         .chain([told.entry])
-        .map(|e| rate(reference, &e.record))
+        .map(|e| rate(reference, &e.record, &[]))
         .collect();
     let mut plot = Plot::new(
         "Change against the accepted test",

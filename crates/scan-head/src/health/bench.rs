@@ -10,6 +10,7 @@ use meltpath_control::Complex64;
 use meltpath_control::prbs::Prbs;
 use meltpath_control::welch::{Welch, estimate};
 use meltpath_numerics::random::Random;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, AxisRecord};
@@ -18,7 +19,9 @@ use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
 use crate::axis::plant::Plant;
 use crate::health::signal::Km0Samples;
 use crate::identification::error::IdentificationError;
-use crate::identification::modes::{ModeSearch, identify_modes};
+use crate::identification::friction::student;
+use crate::identification::modes::{ModeSearch, again, identify_modes};
+use crate::identification::motor::Identified;
 use crate::identification::record::{BenchRecord, Excitation, Method};
 
 /// Length of the windows, s: 2.4 Hz are told apart.
@@ -59,6 +62,9 @@ pub struct Km0Stage1 {
     pub motor: Galvanometer,
     /// Relative standard deviation of R, L, Kc, J, B.
     pub sigma: [f64; 5],
+    /// How far noise lets R, L, Kc, J of such a record scatter, relative: one standard deviation, by the parts of the record. What a law
+    /// that is not the motor's makes of all records alike is in `sigma`, not here.
+    pub scatter: [f64; 4],
     /// Root mean square of the complex logarithmic residuals of the fit.
     pub residual: f64,
     /// The modes, lowest first.
@@ -103,6 +109,7 @@ pub fn first_stage(
         ..method
     };
     let found = identify_modes(record, excitation, &fit, &ModeSearch::default())?;
+    let scatter = scatter(&found, record, excitation, &fit);
     let rigid = Galvanometer {
         modes: Vec::new(),
         ..found.motor.clone()
@@ -111,8 +118,53 @@ pub fn first_stage(
     Ok(Km0Stage1 {
         motor: found.motor,
         sigma: found.sigma,
+        scatter,
         residual: found.rms,
         modes,
+    })
+}
+
+/// Parts of a record whose scatter tells that of the whole.
+const PARTS: usize = 4;
+
+/// As far as a figure scatters of which nothing is known: a history holds no infinite numbers.
+const UNKNOWN: f64 = 1.0;
+
+/// How far noise lets R, L, Kc, J scatter, relative; [`UNKNOWN`] where a part of the record gives no motor.
+fn scatter(
+    found: &Identified,
+    record: &BenchRecord<'_>,
+    excitation: Excitation<'_>,
+    method: &Method,
+) -> [f64; 4] {
+    let length = record.voltage.len() / PARTS;
+    let search = ModeSearch::default();
+    let part = |k: usize| {
+        let part = k * length..(k + 1) * length;
+        let excitation = match excitation {
+            Excitation::Voltage => Excitation::Voltage,
+            Excitation::SetPoint(s) => Excitation::SetPoint(&s[part.clone()]),
+        };
+        let record = BenchRecord {
+            period: record.period,
+            voltage: &record.voltage[part.clone()],
+            current: &record.current[part.clone()],
+            angle: &record.angle[part],
+        };
+        let m = again(found, &record, excitation, method, &search)?;
+        Ok([m.resistance, m.inductance, m.torque_constant, m.inertia].map(f64::ln))
+    };
+    let parts: Result<Vec<[f64; 4]>, IdentificationError> =
+        (0..PARTS).into_par_iter().map(part).collect();
+    let Ok(parts) = parts else {
+        return [UNKNOWN; 4];
+    };
+    let n = PARTS as f64;
+    std::array::from_fn(|i| {
+        let mean = parts.iter().map(|p| p[i]).sum::<f64>() / n;
+        let squares: f64 = parts.iter().map(|p| (p[i] - mean).powi(2)).sum();
+        // nor is anything known where that is not a number
+        (student(PARTS - 1) * (squares / (n - 1.0) / n).sqrt()).min(UNKNOWN)
     })
 }
 

@@ -6,6 +6,7 @@ use crate::health::analysis::Km0Stage2;
 use crate::health::bench::Km0Stage1;
 use crate::health::records::StepRecord;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// How an axis is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -20,6 +21,17 @@ pub enum Rating {
 }
 
 impl Rating {
+    /// Of a change.
+    fn of(size: f64, limits: (f64, f64)) -> Self {
+        if size < limits.0 {
+            Rating::Good
+        } else if size < limits.1 {
+            Rating::Watch
+        } else {
+            Rating::Intervene
+        }
+    }
+
     /// For people.
     pub fn words(self) -> &'static str {
         match self {
@@ -49,6 +61,14 @@ pub struct Km0Record {
     pub inertia: f64,
     /// Frequencies of the modes, Hz.
     pub modes: Vec<f64>,
+    /// How far noise lets resistance, inductance, torque constant and inertia scatter, relative, one standard deviation; nothing in tests
+    /// that were recorded before it was told.
+    #[serde(default)]
+    pub scatter: Option<[f64; 4]>,
+    /// Frequencies of the modes that the motor was fitted with, Hz, where it was an identification: without one of its modes a motor takes
+    /// their motion for a greater inertia.
+    #[serde(default)]
+    pub fitted_modes: Option<Vec<f64>>,
     /// Root mean square of the first stage's fit residuals (complex logarithm), where it was an identification.
     #[serde(default)]
     pub fit_residual: Option<f64>,
@@ -69,6 +89,8 @@ impl Km0Stage1 {
             torque_constant: motor.torque_constant,
             inertia: motor.inertia,
             modes: self.modes.iter().map(|m| m.frequency).collect(),
+            scatter: Some(self.scatter),
+            fitted_modes: Some(motor.modes.iter().map(|m| m.omega / TAU).collect()),
             fit_residual: Some(self.residual),
             stage2,
         }
@@ -92,6 +114,11 @@ pub struct Drift {
     pub limits: (f64, f64),
     /// Its rating.
     pub rating: Rating,
+    /// How far the change may be off, where that is told: two standard deviations by the noise of both tests, and what friction that
+    /// changed may make of it.
+    pub room: Option<f64>,
+    /// Why nothing can be said of it, where nothing can: it is not told whether it is good or a fault.
+    pub doubt: Option<String>,
     /// The likely fault.
     pub fault: &'static str,
     /// What to do.
@@ -158,6 +185,7 @@ const TORQUE_CONSTANT: Watched = Watched {
         "check for overheating, and the scales of current and angle in the mapping; replace the galvanometer",
     )
 };
+const INERTIA_NAME: &str = "inertia";
 const INERTIA: Watched = either(
     (0.03, 0.08),
     "a mirror that is loose, dirty or replaced by another",
@@ -206,13 +234,6 @@ impl Watched {
             Grows::Either => change.abs(),
             Grows::Worse => change.max(0.0),
         };
-        let rating = if size < self.limits.0 {
-            Rating::Good
-        } else if size < self.limits.1 {
-            Rating::Watch
-        } else {
-            Rating::Intervene
-        };
         Drift {
             quantity,
             reference,
@@ -220,14 +241,57 @@ impl Watched {
             change,
             size,
             limits: self.limits,
-            rating,
+            rating: Rating::of(size, self.limits),
+            room: None,
+            doubt: None,
             fault: self.grown.filter(|_| change > 0.0).unwrap_or(self.fault),
             action: self.action,
         }
     }
 }
 
+/// What a change of dry friction, as a share of it, makes at most of resistance, inductance, torque constant and inertia, as a share of
+/// them: the first stage fits a motor without it. Simulated records of a rotor on which friction acts, quiet and with noise: up to 0.1 of
+/// the torque constant and 0.2 of the inertia.
+const BY_FRICTION: [f64; 4] = [0.0, 0.0, 0.1, 0.2];
+
+impl Drift {
+    /// The change is known but for `room`: a fault only where all that it may be is one, and unsaid where it may be good or a fault.
+    fn within(mut self, room: f64) -> Self {
+        let room = if room.is_finite() {
+            room
+        } else {
+            f64::INFINITY
+        };
+        let least = Rating::of((self.size - room).max(0.0), self.limits);
+        let most = Rating::of(self.size + room, self.limits);
+        self.room = Some(room);
+        if least == Rating::Good && most == Rating::Intervene {
+            let told = format!(
+                "the change is known within {:.1} % only, by the noise of both tests and by what friction that changed makes of it",
+                100.0 * room
+            );
+            return self.unsaid(told);
+        }
+        if least == Rating::Watch {
+            self.rating = self.rating.min(Rating::Watch);
+        }
+        self
+    }
+
+    fn unsaid(mut self, doubt: String) -> Self {
+        self.rating = self.rating.min(Rating::Watch);
+        self.doubt = Some(doubt);
+        self
+    }
+}
+
 impl Km0Record {
+    /// Modes that its motor was fitted with, Hz.
+    fn fitted(&self) -> &[f64] {
+        self.fitted_modes.as_deref().unwrap_or(&self.modes)
+    }
+
     fn largest_lag(&self) -> f64 {
         let lags = self.stage2.ramps.iter().map(|ramp| ramp.lag_deg.abs());
         lags.fold(0.0, f64::max)
@@ -266,23 +330,51 @@ pub fn matched(modes: &[f64], others: &[f64]) -> Vec<Option<f64>> {
     found
 }
 
+/// A mode (Hz) that one of two tests' motors was not fitted with, of those of the axis' file and of both.
+fn not_fitted(of_file: &[f64], reference: &Km0Record, now: &Km0Record) -> Option<f64> {
+    let both = [reference.fitted(), now.fitted()];
+    let known = of_file.iter().chain(both[0]).chain(both[1]);
+    let without = |f: &f64| {
+        both.iter()
+            .any(|fitted| !fitted.iter().any(|g| (g / f - 1.0).abs() <= SAME_MODE))
+    };
+    known.copied().find(without)
+}
+
+/// What the first stage tells of the coil and the rotor.
+fn of_first_stage(reference: &Km0Record, now: &Km0Record, of_file: &[f64]) -> Vec<Drift> {
+    let quantities: [(&str, Watched, fn(&Km0Record) -> f64); 4] = [
+        ("resistance", RESISTANCE, |r| r.resistance),
+        ("inductance", INDUCTANCE, |r| r.inductance),
+        ("torque constant", TORQUE_CONSTANT, |r| r.torque_constant),
+        (INERTIA_NAME, INERTIA, |r| r.inertia),
+    ];
+    // a test that does not tell its scatter has that of the other
+    let [then, scatter] = [(reference, now), (now, reference)]
+        .map(|(own, other)| own.scatter.or(other.scatter).unwrap_or_default());
+    let coulomb = |r: &Km0Record| r.stage2.friction.coulomb;
+    let dry = BEARING.rate(String::new(), [coulomb(reference), coulomb(now)]);
+    let by_friction = BY_FRICTION.map(|by| by * dry.change.abs());
+    let drifts = quantities.into_iter().enumerate();
+    let drifts = drifts.map(|(k, (name, watched, of))| {
+        let drift = watched.rate(name.to_owned(), [of(reference), of(now)]);
+        let drift = drift.within(2.0 * then[k].hypot(scatter[k]) + by_friction[k]);
+        match not_fitted(of_file, reference, now) {
+            Some(mode) if name == INERTIA_NAME => drift.unsaid(format!(
+                "the mode at {mode:.0} Hz is not found in the accepted test or in this one: without it the motor takes its motion for inertia"
+            )),
+            _ => drift,
+        }
+    });
+    drifts.collect()
+}
+
 /// Rates a test against the first accepted one: every quantity with its change, the worst first; modes that were not
-/// found again are left out. The axis' rating is that of
+/// found again are left out. `of_file` are the modes that the axis' file tells and the test looks for, Hz. The axis' rating is that of
 /// the first entry.
-pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
+pub fn rate(reference: &Km0Record, now: &Km0Record, of_file: &[f64]) -> Vec<Drift> {
     let both = |of: fn(&Km0Record) -> f64| [of(reference), of(now)];
-    let mut drifts: Vec<Drift> = [
-        ("resistance", RESISTANCE, both(|r| r.resistance)),
-        ("inductance", INDUCTANCE, both(|r| r.inductance)),
-        (
-            "torque constant",
-            TORQUE_CONSTANT,
-            both(|r| r.torque_constant),
-        ),
-        ("inertia", INERTIA, both(|r| r.inertia)),
-    ]
-    .map(|(name, watched, values)| watched.rate(name.to_owned(), values))
-    .to_vec();
+    let mut drifts = of_first_stage(reference, now, of_file);
     let found = matched(&reference.modes, &now.modes);
     let modes = reference.modes.iter().zip(&found).enumerate();
     drifts.extend(modes.filter_map(|(k, (a, b))| {

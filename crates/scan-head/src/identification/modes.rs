@@ -72,23 +72,15 @@ pub fn identify_modes(
     search: &ModeSearch,
 ) -> Result<Identified, IdentificationError> {
     let rigid = identify(record, excitation, method)?;
-    let wide = Method {
-        band: [method.band[0], search.share / record.period],
-        ..*method
-    };
-    let (angle, current) = responses(record, excitation, &wide)?;
-    let heard = coherence(record, excitation, &wide)?;
-    let (found, mut refused) = peaks(&rigid.motor, &angle, &heard, record.period, search)?;
-    // where the angle does not answer the current it says nothing of the motor
-    let mut angle = angle;
-    angle.retain(|p| p.omega <= TAU * method.band[1] || heard_at(&heard, p.omega) >= COHERENT);
-    let seen = Seen {
-        angle,
-        current,
-        period: record.period,
-        // the main lobe of a Hann window
-        resolved: 4.0 / (method.welch.length as f64 * record.period),
-    };
+    let mut seen = Seen::of(record, excitation, method, search)?;
+    let (found, mut refused) = peaks(
+        &rigid.motor,
+        &seen.angle,
+        &seen.heard,
+        record.period,
+        search,
+    )?;
+    seen.leave_unheard(method);
     // one joins after the other, the highest first: one that is none does not take another with it
     let mut best: Option<Flexible> = None;
     for peak in found {
@@ -120,6 +112,32 @@ pub fn identify_modes(
     })
 }
 
+/// The motor that a part of a record tells, with the modes that were found in the whole.
+///
+/// # Errors
+/// [`IdentificationError`].
+pub(crate) fn again(
+    found: &Identified,
+    part: &BenchRecord<'_>,
+    excitation: Excitation<'_>,
+    method: &Method,
+    search: &ModeSearch,
+) -> Result<Galvanometer, IdentificationError> {
+    let whole = &found.motor;
+    if whole.modes.is_empty() {
+        return Ok(identify(part, excitation, method)?.motor);
+    }
+    let mut seen = Seen::of(part, excitation, method, search)?;
+    seen.leave_unheard(method);
+    let per_inertia = whole.torque_constant / whole.inertia;
+    let mut start = logs(whole);
+    for mode in &whole.modes {
+        start.extend([mode.omega, mode.damping, mode.gain / per_inertia].map(f64::ln));
+    }
+    let fit = fit(&start, &seen.angle, &seen.current, part.period)?;
+    Ok(motor(&fit.values))
+}
+
 fn sigma(fit: &Fit, i: usize) -> f64 {
     fit.sigma.get(i).copied().unwrap_or(f64::NAN)
 }
@@ -128,6 +146,8 @@ fn sigma(fit: &Fit, i: usize) -> f64 {
 struct Seen {
     angle: Vec<Point>,
     current: Vec<Point>,
+    /// Share of the angle that answers, by pulsation.
+    heard: Vec<(f64, f64)>,
     period: f64,
     /// Width of a line in them, Hz.
     resolved: f64,
@@ -150,6 +170,34 @@ impl Flexible {
 }
 
 impl Seen {
+    fn of(
+        record: &BenchRecord<'_>,
+        excitation: Excitation<'_>,
+        method: &Method,
+        search: &ModeSearch,
+    ) -> Result<Self, IdentificationError> {
+        let wide = Method {
+            band: [method.band[0], search.share / record.period],
+            ..*method
+        };
+        let (angle, current) = responses(record, excitation, &wide)?;
+        Ok(Seen {
+            angle,
+            current,
+            heard: coherence(record, excitation, &wide)?,
+            period: record.period,
+            // the main lobe of a Hann window
+            resolved: 4.0 / (method.welch.length as f64 * record.period),
+        })
+    }
+
+    /// Where the angle does not answer the current it says nothing of the motor.
+    fn leave_unheard(&mut self, method: &Method) {
+        let heard = &self.heard;
+        self.angle
+            .retain(|p| p.omega <= TAU * method.band[1] || heard_at(heard, p.omega) >= COHERENT);
+    }
+
     /// The motor with one peak more for a mode, fitted from where the fit before it ended; without it where that does not know it.
     /// Where the new one leaves an older one unknown, that one goes.
     fn with(

@@ -1,9 +1,12 @@
 //! Friction and the health test.
 
+use meltpath_numerics::random::Random;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::health::analysis::Km0Stage2;
-use meltpath_scan_head::health::bench::{first_stage, simulate_first_stage, simulate_second_stage};
+use meltpath_scan_head::health::bench::{
+    Km0Stage1, first_stage, simulate_first_stage, simulate_second_stage,
+};
 use meltpath_scan_head::health::friction::FrictionFit;
 use meltpath_scan_head::health::rating::{Km0Record, Rating, rate};
 use meltpath_scan_head::health::records::RampRecord;
@@ -42,6 +45,8 @@ fn record(axis: &Axis) -> Km0Record {
             .iter()
             .map(|m| m.omega / std::f64::consts::TAU)
             .collect(),
+        scatter: None,
+        fitted_modes: None,
         fit_residual: None,
         stage2: stage2(axis),
     }
@@ -98,7 +103,7 @@ fn lpbf_ac35_drift_through_both_stages() {
     ] {
         let mut axis = axis();
         change(&mut axis);
-        let drifts = rate(&reference, &both_stages(&axis));
+        let drifts = rate(&reference, &both_stages(&axis), &[]);
         for d in &drifts {
             println!("{quantity}: {} {:+.3} {:?}", d.quantity, d.change, d.rating);
         }
@@ -204,7 +209,7 @@ fn lpbf_ac34_second_stage_returns_friction_and_every_record() {
 #[test]
 fn lpbf_ac35_drift_raises_the_right_alarm() {
     let reference = record(&axis());
-    let same = rate(&reference, &record(&axis()));
+    let same = rate(&reference, &record(&axis()), &[]);
     assert!(
         same.iter().all(|d| d.rating == Rating::Good),
         "{:?}",
@@ -213,7 +218,7 @@ fn lpbf_ac35_drift_raises_the_right_alarm() {
     let changed = |change: &dyn Fn(&mut Axis)| {
         let mut axis = axis();
         change(&mut axis);
-        rate(&reference, &record(&axis))
+        rate(&reference, &record(&axis), &[])
     };
     let worn = changed(&|a| {
         if let Friction::Coulomb { coulomb, .. } = &mut a.motor.friction {
@@ -276,4 +281,100 @@ fn the_first_stage_is_read_by_the_encoder() {
     assert!((rms / 3e-6 - 1.0).abs() < 0.02, "{rms}");
     let steps = read.angle.iter().map(|a| a / 1e-6);
     assert!(steps.clone().all(|s| (s - s.round()).abs() < 1e-6));
+}
+
+/// Inertia is told only as well as both tests tell it: beside a mode that the fit lacks, beside friction that changed, and beside noise it
+/// cannot be said whether a mirror is loose; a change beyond all of that is a fault.
+#[test]
+fn inertia_is_told_only_as_well_as_the_tests_tell_it() {
+    let sure = Km0Record {
+        scatter: Some([1e-3; 4]),
+        ..record(&axis())
+    };
+    let grown = |by: f64| Km0Record {
+        inertia: by * sure.inertia,
+        ..sure.clone()
+    };
+    let worn = |coulomb: f64, inertia: f64| {
+        let mut worn = grown(inertia);
+        worn.stage2.friction.coulomb *= coulomb;
+        worn
+    };
+    let without = |mut test: Km0Record| {
+        test.fitted_modes = Some(Vec::new());
+        test
+    };
+    let noisy = |test: Km0Record| Km0Record {
+        scatter: Some([0.03; 4]),
+        ..test
+    };
+    let (fault, watch, good) = (Rating::Intervene, Rating::Watch, Rating::Good);
+    for (what, now, rating, told) in [
+        ("loose", grown(1.13), fault, true),
+        ("as it was", sure.clone(), good, true),
+        ("no mode", without(grown(1.13)), watch, false),
+        ("no mode, as it was", without(sure.clone()), good, false),
+        ("worn", worn(1.5, 1.06), watch, false),
+        ("worn and loose", worn(1.4, 1.2), fault, true),
+        ("hardly worn", worn(1.05, 1.005), good, true),
+        ("noise", noisy(grown(1.06)), watch, false),
+        ("far beyond noise", noisy(grown(1.3)), fault, true),
+        (
+            "nothing known",
+            Km0Record {
+                scatter: Some([1.0; 4]),
+                ..sure.clone()
+            },
+            good,
+            false,
+        ),
+    ] {
+        let drifts = rate(&sure, &now, &[4000.0]);
+        let drift = drifts.iter().find(|d| d.quantity == "inertia").unwrap();
+        assert_eq!(
+            (drift.rating, drift.doubt.is_none()),
+            (rating, told),
+            "{what}: {drift:?}"
+        );
+    }
+}
+
+/// What the parts of a noisy record tell of its scatter is that of other records.
+#[test]
+fn the_scatter_of_a_first_stage_is_that_of_its_noise() {
+    let axis = axis();
+    let clean = simulate_first_stage(&axis, PERIOD).unwrap();
+    let found: Vec<_> = (0..6)
+        .map(|seed| {
+            let mut random = Random::new(seed);
+            let mut noisy = clean.clone();
+            for i in &mut noisy.current {
+                *i += 2e-3 * random.normal();
+            }
+            for a in &mut noisy.angle {
+                *a += 5e-6 * random.normal();
+            }
+            first_stage(&noisy.record(), Excitation::Voltage).unwrap()
+        })
+        .collect();
+    let of = |f: &Km0Stage1| {
+        [
+            f.motor.resistance,
+            f.motor.inductance,
+            f.motor.torque_constant,
+            f.motor.inertia,
+        ]
+    };
+    for k in 0..4 {
+        let values: Vec<f64> = found.iter().map(|f| of(f)[k].ln()).collect();
+        let mean = values.iter().sum::<f64>() / 6.0;
+        let true_one = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 5.0).sqrt();
+        let told: Vec<f64> = found.iter().map(|f| f.scatter[k]).collect();
+        let mean = told.iter().sum::<f64>() / 6.0;
+        println!("{k}: {true_one:.2e} by six records, {told:?}");
+        assert!(
+            (0.7..5.0).contains(&(mean / true_one)),
+            "{k}: {true_one} {told:?}"
+        );
+    }
 }

@@ -6,7 +6,7 @@ use meltpath_scan_head::head::interpolation::sample_count;
 use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
-use meltpath_scan_head::search::{Bounds, Problem, search};
+use meltpath_scan_head::search::{Bounds, Candidate, Problem, search};
 
 use super::near;
 use super::reference::{job_of, recipes, three_axis_data};
@@ -47,6 +47,8 @@ fn a_candidate_is_judged_as_a_run_with_its_delays() {
     near(best.recipe.contour_speed, bounds.contour_speed[1], 1e-9);
     near(best.recipe.fill_speed, bounds.fill_speed[1], 1e-9);
     assert!(best.duration < start.duration);
+    // contours of which no light reaches more than a spot heals
+    assert!(found.most_unlit == 10.0 && best.unlit <= 10.0, "{best:?}");
     let ready = data.head.ready().unwrap();
     let mut sink = fill();
     let job = job_of(&plate, &recipe);
@@ -64,6 +66,28 @@ fn a_candidate_is_judged_as_a_run_with_its_delays() {
         (sample_count(alone(&job), period).unwrap() - 1) as f64 * period,
         1e-12,
     );
+    // what leaves more of a contour dark than a spot heals is not taken, however fast
+    let hasty = Bounds {
+        contour_speed: [recipe.contour_speed, 6.0 * recipe.contour_speed],
+        contour_error: 0.03,
+        contour_share: 0.01,
+        ..bounds.clone()
+    };
+    let found = search(&problem, &hasty, &Silent).unwrap();
+    for c in &found.tried {
+        println!(
+            "{:.4} s, share {:.3}, fill {:.3}, unlit {:.4} of {:.4} mm, within {}",
+            c.duration, c.contour_share, c.fill_rate, c.unlit, found.most_unlit, c.within
+        );
+    }
+    let best = found.best.as_ref().unwrap();
+    let dark = |c: &&Candidate| c.unlit > found.most_unlit && c.contour_share >= 0.01;
+    let faster = found
+        .tried
+        .iter()
+        .filter(dark)
+        .any(|c| c.duration < best.duration);
+    assert!(faster && best.unlit <= found.most_unlit, "{best:?}");
     // of a head that its data sheet alone tells, strays count as they do for the judge
     let share = |left_out: Option<f64>| {
         let mut head = data.head.clone();

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io;
 
+use meltpath_base::number::significant;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::Section;
@@ -33,6 +34,7 @@ pub(super) fn section(found: &Found) -> Section {
             "laser on, off, µs",
             "within, %",
             "99 %, µm",
+            "unlit, µm",
             "fill, %",
             "fills, J/m",
             "bounds",
@@ -58,11 +60,12 @@ pub(super) fn section(found: &Found) -> Section {
     }
     table.rows.push(start);
     format!(
-        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of the way along contours within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others. \
-         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: way along contours within the bound; 99 % of it is below the next column. Fills, J/m: power over speed.",
+        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of the way along contours within {:.0} µm, no more than {} mm of it without light, {:.1} % fill rate ({}). The found recipe is then run like the others. \
+         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: way along contours within the bound; 99 % of it is below the next column. Unlit: longest stretch of contours without light. Fills, J/m: power over speed.",
         found.tried.len(),
         100.0 * found.bounds.contour_share,
         1e3 * found.bounds.contour_error,
+        significant(found.most_unlit, 3),
         100.0 * found.bounds.fill_rate,
         MODES[JUDGED].words()
     )
@@ -137,6 +140,7 @@ fn row(c: &Candidate) -> Vec<Cell> {
         )),
         Cell::Fixed(100.0 * c.contour_share, 2),
         Cell::Fixed(1e3 * c.contour_error, 1),
+        Cell::Fixed(1e3 * c.unlit, 0),
         Cell::Fixed(100.0 * c.fill_rate, 2),
         Cell::Fixed(1e3 * r.fill_power / r.fill_speed, 0),
         Cell::text(if c.within { "kept" } else { "not kept" }),
@@ -160,7 +164,7 @@ pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputEr
 
 fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
     type Get = fn(&Candidate) -> f64;
-    let columns: [(&str, &str, Get); 14] = [
+    let columns: [(&str, &str, Get); 15] = [
         ("time", "s", |c| c.duration),
         ("contour speed", "mm/s", |c| c.recipe.contour_speed),
         ("fill speed", "mm/s", |c| c.recipe.fill_speed),
@@ -175,6 +179,7 @@ fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
         ("first filter", "1", |c| c.filter_factor),
         ("way along contours within", "1", |c| c.contour_share),
         ("contour error 99 %", "mm", |c| c.contour_error),
+        ("longest contour without light", "mm", |c| c.unlit),
         ("fill rate", "1", |c| c.fill_rate),
         ("within bounds", "", |c| f64::from(u8::from(c.within))),
     ];
