@@ -1,6 +1,7 @@
 //! `meltpath fit`: efficiency and beam diameter from bodies that were built and measured.
 
 pub mod error;
+mod finer;
 pub mod found;
 mod judge;
 pub mod measurements;
@@ -22,6 +23,7 @@ use crate::outcome::RunFolder;
 use crate::views;
 
 pub use error::FitCommandError;
+use finer::Finer;
 pub use found::{Candidate, Found, Prediction};
 use measurements::BOUNDS;
 pub use measurements::Measurements;
@@ -53,7 +55,15 @@ pub fn fit(
     let beside = file.parent().unwrap_or(Path::new(""));
     let found = search(&measured, beside, &mut provenance, observer);
     let found = found.map_err(FitCommandError::of_measurements)?;
-    let (fitted, prediction) = found;
+    let Answer {
+        mut fitted,
+        finer,
+        prediction,
+    } = found;
+    let checks = judge::checks(&fitted, &priors_of(&measured), &measured, &finer);
+    if finer.moved.iter().all(|m| m.is_finite()) {
+        fitted.widen(&finer.moved);
+    }
     for (n, m) in measured.all.iter().enumerate() {
         let miss = (m.value - fitted.predicted[n]) / m.sigma.hypot(fitted.roughness[n]);
         if miss.abs() > 2.0 {
@@ -83,7 +93,7 @@ pub fn fit(
     ];
     facts.extend(prediction.as_ref().and_then(views::fit::to_build));
     let verdict = Verdict {
-        checks: judge::checks(&fitted, &priors_of(&measured), &measured),
+        checks,
         facts,
         warnings: reporter.warnings(),
     };
@@ -116,7 +126,12 @@ fn priors_of(measured: &Measurements) -> [Prior; 2] {
     ]
 }
 
-type Answer = (Fitted, Option<Prediction>);
+/// What a search finds.
+struct Answer {
+    fitted: Fitted,
+    finer: Finer,
+    prediction: Option<Prediction>,
+}
 
 fn search(
     measured: &Measurements,
@@ -177,8 +192,12 @@ fn search(
         found
     };
     let fitted = least_squares::fit(&priors, &values, ROUNDS, &mut all)?;
+    let finer = Finer::of(&fitted, measured, &bench, observer)?;
     let start = priors.each_ref().map(|p| p.value);
-    let struts = measured.all.iter().zip(&fitted.roughness);
+    let rough = fitted.roughness.iter().zip(&finer.off);
+    let rough = rough.map(|(r, off)| if off.is_finite() { r.hypot(*off) } else { *r });
+    let rough: Vec<f64> = rough.collect();
+    let struts = measured.all.iter().zip(&rough);
     let like = struts
         .rev()
         .find(|(m, _)| matches!(m.coupon, Coupon::Strut { .. }));
@@ -192,7 +211,11 @@ fn search(
         )?),
         _ => None,
     };
-    Ok((fitted, prediction))
+    Ok(Answer {
+        fitted,
+        finer,
+        prediction,
+    })
 }
 
 type Size<'a> = dyn FnMut(&Coupon, &[f64]) -> Result<f64, CouponError> + 'a;

@@ -3,6 +3,7 @@
 use meltpath_base::{Check, Limit, Measure, Status};
 use meltpath_thermal::calibration::fit::{Fitted, Prior};
 
+use super::finer::Finer;
 use super::measurements::Measurements;
 
 /// Standard deviations of a normal distribution that 95 % of its values stay below.
@@ -11,12 +12,45 @@ const OF_95: f64 = 1.645;
 const LEARNT: f64 = 98.0;
 
 /// All checks of a fit.
-pub(super) fn checks(fitted: &Fitted, priors: &[Prior], measured: &Measurements) -> Vec<Check> {
+pub(super) fn checks(
+    fitted: &Fitted,
+    priors: &[Prior],
+    measured: &Measurements,
+    finer: &Finer,
+) -> Vec<Check> {
     vec![
         explained(fitted, priors, measured.all.len()),
         can_be(fitted, priors),
         taught(fitted, measured),
+        converged(fitted, priors, finer),
     ]
+}
+
+/// Whether finer charts and as many layers as show a body's size leave the beam where it is.
+fn converged(fitted: &Fitted, priors: &[Prior], finer: &Finer) -> Check {
+    let title =
+        "how far finer charts and more layers would move a fitted number, of its uncertainty";
+    let of = |n: usize| 100.0 * finer.moved[n].abs() / fitted.sigmas[n];
+    let worst = (0..priors.len()).max_by(|a, b| of(*a).total_cmp(&of(*b)));
+    let value = worst.map_or(f64::NAN, of);
+    let limit = Limit::AtMost(100.0);
+    let mut check = Check::judge("converged", title, Measure::exact(value, "%"), limit);
+    if check.status == Status::Fail {
+        check.status = Status::CannotSay;
+    }
+    let told = worst.map_or_else(String::new, |n| {
+        format!(
+            "at the fitted beam the bodies were drawn again with charts {:.1} µm apart and {} layers: by them the {} would be {:+.1} % of {:.1} %, which its uncertainty holds",
+            1e3 * finer.spacing,
+            finer.layers,
+            priors[n].name,
+            100.0 * finer.moved[n],
+            100.0 * fitted.values[n],
+        )
+    });
+    check.because(&told).remedy(
+        "write a finer spacing (left out it is 25 µm) and no layers (5): what is printed is of charts too coarse, or of too few layers, for its uncertainty",
+    )
 }
 
 /// Misses of measurements and priors against as many as chance makes. Each prior is one more measurement, each parameter takes one
@@ -105,6 +139,8 @@ mod tests {
             predicted: Vec::new(),
             covariance: Vec::new(),
             roughness: Vec::new(),
+            slopes: Vec::new(),
+            weighed: Vec::new(),
             misfit,
             evaluations: 1,
         }
@@ -126,6 +162,23 @@ mod tests {
             let found = chance(freedom);
             assert!((found / told - 1.0).abs() < 0.03, "{freedom}: {found}");
         }
+    }
+
+    /// Charts that move a number by more than its uncertainty leave nothing to say of it.
+    #[test]
+    fn what_finer_charts_move_cannot_be_told() {
+        let judged = |moved: [f64; 2]| {
+            let finer = Finer {
+                spacing: 0.025,
+                layers: 5,
+                off: Vec::new(),
+                moved: moved.to_vec(),
+            };
+            converged(&fitted([0.9, 0.9], 0.0), &priors(), &finer).status
+        };
+        assert_eq!(judged([0.04, 0.05]), Status::Pass);
+        assert_eq!(judged([-0.06, 0.05]), Status::CannotSay);
+        assert_eq!(judged([f64::NAN, 0.05]), Status::CannotSay);
     }
 
     #[test]

@@ -24,6 +24,18 @@ const VOXELS: f64 = 54.0 * 50.0 * 50.0;
 /// Efficiencies and widths that can be.
 pub(super) const BOUNDS: [[f64; 2]; 2] = [[0.3, 1.0], [0.4, 2.0]];
 
+/// Layers that show a body's size.
+pub(super) const LAYERS: u32 = 5;
+/// Spacing of charts, mm, by default.
+const SPACING: f64 = 0.025;
+/// Charts are drawn again at this share of their spacing; at half of it where that is no finer than the default's, which costs as much as the fit.
+const SHARE: f64 = 0.7;
+
+/// Spacing of the charts by which those of a fit are judged, mm.
+pub(super) fn finer(spacing: f64) -> f64 {
+    (SHARE * spacing).min((0.5 * spacing).max(SPACING))
+}
+
 table! {
     /// Measured bodies, and the beams that they were built with.
     pub struct MeasurementsFile {
@@ -285,7 +297,8 @@ fn impossible(file: &MeasurementsFile, all: &[Measurement]) -> Option<Problem> {
     });
     let costs: Vec<ChartCost> = charts.map(|c| cost(&c, 1.0)).collect();
     let bytes = costs.iter().map(|c| c.bytes).fold(0.0, f64::max);
-    let seconds = DRAWN * costs.iter().map(|c| c.seconds).sum::<f64>();
+    let again = (file.spacing.0 / finer(file.spacing.0)).powi(5);
+    let seconds = (DRAWN + again) * costs.iter().map(|c| c.seconds).sum::<f64>();
     let planes = ChartSettings::for_beam(1.0, 1.0).reach / file.layer.0;
     let voxels = VOXELS * planes;
     let spacing = || [lever::spacing(&file.spacing)];

@@ -16,12 +16,22 @@ pub(super) fn of(drifts: &[Drift]) -> Vec<Check> {
         )];
     }
     // what is found by way of the coil drifts with it
-    let coil = |d: &&Drift| COIL.contains(&d.quantity.as_str()) && d.rating != Rating::Good;
+    let coil = |d: &&Drift| {
+        let drifted = d.rating != Rating::Good && d.doubt.is_none();
+        drifted && COIL.contains(&d.quantity.as_str())
+    };
     let first: Vec<&str> = drifts
         .iter()
         .filter(coil)
         .map(|d| d.quantity.as_str())
         .collect();
+    let after = |d: &Drift| {
+        if first.is_empty() || d.doubt.is_none() && COIL.contains(&d.quantity.as_str()) {
+            return String::new();
+        }
+        let first = first.join(" and ");
+        format!("mend what the {first} tells first, it shows here too; else ")
+    };
     let check = |d: &Drift| {
         let limit = Limit::AtMost(100.0 * d.limits.1);
         let id = format!("drift-{}", d.quantity.replace(' ', "-"));
@@ -44,21 +54,18 @@ pub(super) fn of(drifts: &[Drift]) -> Vec<Check> {
             100.0 * d.limits.1
         );
         if d.doubt.is_some() {
-            check.remedy("mend what else has drifted first; a stronger first stage and a finer encoder show modes that are faint and let the figures scatter less")
+            check.remedy(format!(
+                "{}a stronger first stage and a finer encoder, which show modes that are faint and let the figures scatter less",
+                after(d)
+            ))
         } else if d.rating == Rating::Good {
             check
         } else {
-            let after = if first.is_empty() || COIL.contains(&d.quantity.as_str()) {
-                String::new()
-            } else {
-                format!(
-                    "mend what the {} tells first, it shows here too; else ",
-                    first.join(" and ")
-                )
-            };
             check.remedy(format!(
-                "{after}likely {}: {}; where something was replaced on purpose, --accept makes this test the one to compare with",
-                d.fault, d.action
+                "{}likely {}: {}; where something was replaced on purpose, --accept makes this test the one to compare with",
+                after(d),
+                d.fault,
+                d.action
             ))
         }
     };

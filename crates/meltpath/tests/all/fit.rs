@@ -185,6 +185,8 @@ fn remedies_of_a_fit_are_true() {
             "{measured}: {:?} {:?} {:?}",
             found.fitted.before, found.fitted, found.verdict.warnings
         );
+        let finer = &check(&found.verdict, "converged").reason;
+        assert!(finer.contains("50.0 µm apart and 5 layers"), "{finer}");
         let warnings = found.verdict.warnings.into_iter();
         let all: Vec<(String, Option<String>)> = warnings.map(|w| (w.code, w.remedy)).collect();
         (all, found.fitted.before[0])

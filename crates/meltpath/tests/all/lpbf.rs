@@ -418,7 +418,7 @@ fn layers_that_cannot_be_run_are_named() {
 fn a_faster_recipe_is_found_and_run() {
     let dir = tempfile::tempdir().unwrap();
     let text = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\n\
-        [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"100 µm\"\ncontour_share = \"80 %\"\n\
+        [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"300 µm\"\ncontour_share = \"80 %\"\n\
         [optimise]\nmark_waits = [\"0.5 ms\", \"1.5 ms\"]\nfilter_factors = [\"100 %\"]\njump_factors = [\"100 %\"]\n";
     let out = run(dir.path(), "best", text);
     let saved = value(&out, "optimise");
@@ -445,7 +445,7 @@ fn a_faster_recipe_is_found_and_run() {
         "none",
         &text
             .replace("\"80 %\"", "\"100 %\"")
-            .replace("\"100 µm\"", "\"1 µm\""),
+            .replace("\"300 µm\"", "\"1 µm\""),
     );
     let page = fs::read_to_string(out.join("verdict.json")).unwrap();
     assert!(page.contains("keeps the bounds; the nearest has"), "{page}");

@@ -343,7 +343,8 @@ fn not_fitted(of_file: &[f64], reference: &Km0Record, now: &Km0Record) -> Option
 
 /// What the first stage tells of the coil and the rotor.
 fn of_first_stage(reference: &Km0Record, now: &Km0Record, of_file: &[f64]) -> Vec<Drift> {
-    let quantities: [(&str, Watched, fn(&Km0Record) -> f64); 4] = [
+    type Quantity = (&'static str, Watched, fn(&Km0Record) -> f64);
+    let quantities: [Quantity; 4] = [
         ("resistance", RESISTANCE, |r| r.resistance),
         ("inductance", INDUCTANCE, |r| r.inductance),
         ("torque constant", TORQUE_CONSTANT, |r| r.torque_constant),

@@ -41,6 +41,10 @@ pub struct Fitted {
     pub roughness: Vec<f64>,
     /// Sum of squares of what is left of the measurements, over their uncertainties and the model's roughness; without the prior.
     pub misfit: f64,
+    /// How each prediction goes with each parameter at `values`.
+    pub slopes: Vec<Vec<f64>>,
+    /// What each comparison is weighed by: the measurement's uncertainty with the model's roughness.
+    pub weighed: Vec<f64>,
     /// Simulations made.
     pub evaluations: usize,
 }
@@ -58,6 +62,28 @@ impl Fitted {
             }
         }
         variance.max(0.0).sqrt()
+    }
+
+    /// How far the parameters would move if every prediction were larger by what `off` tells of it, by the slopes at `values`.
+    pub fn moved(&self, off: &[f64]) -> Vec<f64> {
+        let pulls = (0..self.values.len()).map(|n| {
+            let all = off.iter().zip(&self.weighed).zip(&self.slopes);
+            all.map(|((off, sigma), slopes)| -off * slopes[n] / (sigma * sigma))
+                .sum::<f64>()
+        });
+        let pulls: Vec<f64> = pulls.collect();
+        let row = |row: &Vec<f64>| row.iter().zip(&pulls).map(|(c, p)| c * p).sum();
+        self.covariance.iter().map(row).collect()
+    }
+
+    /// Adds an error of the parameters that is not known to their uncertainties.
+    pub fn widen(&mut self, by: &[f64]) {
+        for (i, row) in self.covariance.iter_mut().enumerate() {
+            for (j, c) in row.iter_mut().enumerate() {
+                *c += by[i] * by[j];
+            }
+            self.sigmas[i] = row[i].max(0.0).sqrt();
+        }
     }
 
     /// Whether the fit says no more than its priors.
@@ -180,7 +206,10 @@ pub fn fit<E: std::error::Error>(
     };
     let believed = Belief::of(&domain, &alone).map_or_else(Vec::new, |b| b.sigmas());
     let predicted = known.course.predicted(&belief.best);
+    let slopes = known.slopes(&belief.best, &domain);
     Ok(Fitted {
+        slopes,
+        weighed: known.sigmas.clone(),
         sigmas: belief.sigmas(),
         believed,
         before: looked.answers.swap_remove(0).1,
@@ -224,6 +253,23 @@ impl<'a> Known<'a> {
         let all = self.measured.iter().zip(&self.sigmas).zip(predicted);
         all.map(|((m, sigma), p)| ((m.value - p) / sigma).powi(2))
             .sum()
+    }
+
+    /// How predictions go with each parameter on the course, over a hundredth of what may be.
+    fn slopes(&self, at: &[f64], domain: &[[f64; 2]]) -> Vec<Vec<f64>> {
+        let mut slopes = vec![Vec::new(); self.measured.len()];
+        for (n, [low, high]) in domain.iter().enumerate() {
+            let step = 0.01 * (high - low);
+            let [before, after] = [-step, step].map(|step| {
+                let mut moved = at.to_vec();
+                moved[n] += step;
+                self.course.predicted(&moved)
+            });
+            for ((slopes, a), b) in slopes.iter_mut().zip(before).zip(after) {
+                slopes.push((b - a) / (2.0 * step));
+            }
+        }
+        slopes
     }
 
     /// The same with the priors.
@@ -375,6 +421,36 @@ mod tests {
         }
         let correlation = found.covariance[0][1] / (found.sigmas[0] * found.sigmas[1]);
         assert!(correlation < -0.9, "{correlation}");
+    }
+
+    /// Predictions that are all off move the parameters as fits of what they would be do.
+    #[test]
+    fn what_predictions_are_off_moves_the_parameters() {
+        let priors = [prior(0.9, 0.1), prior(1.0, 0.15)];
+        let fitted = |off: [f64; 3]| {
+            let mut model = |p: &[f64]| {
+                let all = [p[0] + 0.3 * p[1], p[0] - 0.5 * p[1], p[0] * p[1]];
+                Ok::<_, Never>(all.iter().zip(off).map(|(a, o)| a + o).collect())
+            };
+            let measured = [1.15, 0.3, 0.85].map(|value| Measured { value, sigma: 0.03 });
+            fit(&priors, &measured, 4, &mut model).unwrap()
+        };
+        let off = [0.02, -0.01, 0.03];
+        let (before, after) = (fitted([0.0; 3]), fitted(off));
+        let moved = before.moved(&off);
+        for n in 0..2 {
+            let true_move = after.values[n] - before.values[n];
+            assert!(
+                (moved[n] - true_move).abs() < 0.1 * before.sigmas[n],
+                "{moved:?}"
+            );
+            assert!(true_move.abs() > 0.2 * before.sigmas[n], "{true_move}");
+        }
+        let mut wide = before.clone();
+        wide.widen(&moved);
+        for n in 0..2 {
+            assert!((wide.sigmas[n] - before.sigmas[n].hypot(moved[n])).abs() < 1e-9);
+        }
     }
 
     /// Two minima of a stepwise model, of which slopes reach the worse one: the whole is looked at first.
