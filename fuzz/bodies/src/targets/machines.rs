@@ -319,7 +319,7 @@ pub(super) const HEALTH_HISTORY: Target = text(
         let Some(last) = history.entries().last().map(|e| e.record.clone()) else {
             return;
         };
-        let drifts = rate(history.reference().unwrap(), &last);
+        let drifts = rate(history.reference().unwrap(), &last, &[]);
         let entry = Entry::new(last, false, drifts[0].rating, &drifts);
         history.add(entry).unwrap();
         let again = History::open(folder.path(), "axis").expect("what is added can be read");
