@@ -438,18 +438,18 @@ mod tests {
         let off = [0.02, -0.01, 0.03];
         let (before, after) = (fitted([0.0; 3]), fitted(off));
         let moved = before.moved(&off);
-        for n in 0..2 {
+        for (n, moved) in moved.iter().enumerate() {
             let true_move = after.values[n] - before.values[n];
             assert!(
-                (moved[n] - true_move).abs() < 0.1 * before.sigmas[n],
+                (moved - true_move).abs() < 0.1 * before.sigmas[n],
                 "{moved:?}"
             );
             assert!(true_move.abs() > 0.2 * before.sigmas[n], "{true_move}");
         }
         let mut wide = before.clone();
         wide.widen(&moved);
-        for n in 0..2 {
-            assert!((wide.sigmas[n] - before.sigmas[n].hypot(moved[n])).abs() < 1e-9);
+        for (n, moved) in moved.iter().enumerate() {
+            assert!((wide.sigmas[n] - before.sigmas[n].hypot(*moved)).abs() < 1e-9);
         }
     }
 
