@@ -357,7 +357,8 @@ fn swung(check: Check, room: f64, moves: &Commands) -> Check {
 
 /// Nothing passes where the arm may begin another way than is taken here: from there it goes along another way as a whole.
 fn begun(check: Check, along: &Along, moves: &Commands) -> Check {
-    let Some(ways) = along.begins.filter(|_| check.status == Status::Pass) else {
+    let open = !matches!(check.status, Status::Fail | Status::NotChecked);
+    let Some(ways) = along.begins.filter(|_| open) else {
         return check;
     };
     let (program, line) = moves.start_line;
