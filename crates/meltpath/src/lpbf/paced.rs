@@ -4,19 +4,21 @@ use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_scan_head::head::survey::{OffPace, Survey};
 
-/// Share of the marks' length that may run slower than commanded, %: lines that the corners of a part leave short. Ours.
-const SLOWED: f64 = 5.0;
+/// Share of the length of contours that may run slower than commanded, and of lines of fills, which corners of a part leave short, %. Ours.
+const SLOWED: [f64; 2] = [5.0, 20.0];
 
 /// A share of a length, %.
 fn share(of: f64, all: f64) -> f64 {
     if all > 0.0 { 100.0 * of / all } else { 0.0 }
 }
 
-/// What the clock slows: contours or lines of fills, of whichever more is slower.
+/// What the clock slows: contours, or lines of fills.
 struct Slowed<'a> {
     kind: &'static str,
     /// %.
     share: f64,
+    /// How much may be, %.
+    most: f64,
     marks: &'a OffPace,
 }
 
@@ -27,19 +29,16 @@ impl Slowed<'_> {
         let contours = Slowed {
             kind: "contours",
             share: share(paces.slowed_contours.length, survey.contours),
+            most: SLOWED[0],
             marks: &paces.slowed_contours,
         };
         let fills = Slowed {
             kind: "lines of fills",
             share: share(paces.slowed_fills.length, survey.fills),
+            most: SLOWED[1],
             marks: &paces.slowed_fills,
         };
-        let more = if fills.share > contours.share {
-            fills
-        } else {
-            contours
-        };
-        (more.share > SLOWED).then_some(more)
+        [contours, fills].into_iter().find(|s| s.share > s.most)
     }
 }
 
@@ -61,14 +60,19 @@ fn worst(of: &OffPace) -> String {
 
 /// Marks that the clock of the head makes slower; `None` where they are few.
 pub(super) fn slowed(number: usize, recipe: &str, survey: &Survey) -> Option<Check> {
-    let Slowed { kind, share, marks } = Slowed::of(survey)?;
+    let Slowed {
+        kind,
+        share,
+        most,
+        marks,
+    } = Slowed::of(survey)?;
     let check = Check::judge(
         &format!("clock-{number}"),
         &format!(
             "{recipe}: share of the length of {kind} that runs more than 5 % slower than commanded"
         ),
         Measure::exact(share, "%"),
-        Limit::AtMost(SLOWED),
+        Limit::AtMost(most),
     );
     let check = Check {
         status: Status::CannotSay,
@@ -88,7 +92,10 @@ pub(super) fn unless_slowed(check: Check, survey: &Survey) -> Check {
     if matches!(check.status, Status::NotChecked | Status::Fail) {
         return check;
     }
-    let Some(Slowed { kind, share, marks }) = Slowed::of(survey) else {
+    let Some(Slowed {
+        kind, share, marks, ..
+    }) = Slowed::of(survey)
+    else {
         return check;
     };
     let reason = format!(
