@@ -154,13 +154,17 @@ fn multiaxis_ma1_ma2_ma3_a_job_follows_the_parameter_of_the_torus() {
 fn multiaxis_ma4_a_job_cuts_the_torus_by_planes() {
     let ran = torus("planes");
     assert_eq!(ran.passes(), 12);
+    // points stand where the course asks for them: between two of them on either side of the plane of symmetry
+    let points: Vec<DVec3> = ran.pass(6).collect();
+    let crossed = points.windows(2).filter(|w| w[0].y * w[1].y <= 0.0);
+    let crossed: Vec<DVec3> = crossed
+        .map(|w| w[0].lerp(w[1], w[0].y / (w[0].y - w[1].y)))
+        .filter(|p| p.is_finite())
+        .collect();
     for (v, wanted) in [(0.0, 27.486), (180.0, 58.997)] {
-        let near = |p: &DVec3| (parameters(*p)[1].to_degrees().abs() - v).abs() < 0.5;
-        let u: Vec<f64> = ran
-            .pass(6)
-            .filter(near)
-            .map(|p| parameters(p)[0].to_degrees())
-            .collect();
+        let near = |p: &&DVec3| (parameters(**p)[1].to_degrees().abs() - v).abs() < 0.5;
+        let of_u = |p: &DVec3| parameters(*p)[0].to_degrees();
+        let u: Vec<f64> = crossed.iter().filter(near).map(of_u).collect();
         assert!(
             !u.is_empty() && u.iter().all(|u| (u - wanted).abs() < 0.1),
             "{u:?}"

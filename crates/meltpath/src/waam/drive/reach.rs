@@ -89,10 +89,11 @@ pub(in crate::waam) fn along(
         };
         let mut before = None;
         for reached in ends(&task, &held)? {
-            if reached.command.is_none() && !stands.contains_key(&None) {
+            let found = stance(cell, dialect, reached.joints);
+            // of an arm that programs have no words for the check of CONFIG tells that
+            if reached.command.is_none() && !stands.contains_key(&None) && found.is_some() {
                 along.begins = Some(ways(cell, &reached)).filter(|ways| *ways > 1);
             }
-            let found = stance(cell, dialect, reached.joints);
             let Some(found) = found.filter(|s| !matches!(s, Stance::Joints(_))) else {
                 continue;
             };
