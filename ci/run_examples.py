@@ -27,7 +27,7 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EXPECTED = ROOT / "examples" / "expected"
 # minutes each: started last they would run alone
-LONGEST = ("ebm-triangle", "ebm-bridge", "ebm-struts", "torus-on-positioner")
+LONGEST = ("branch", "ebm-triangle", "ebm-struts", "ebm-bridge", "torus-on-positioner", "node")
 # at a time: most use one core for much of their time, and none more than 2 GB
 RUNS = 2
 TABLES = ("program/*", "series/*.csv", "*.csv", "controllers.json", "test.json")
