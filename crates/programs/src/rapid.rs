@@ -8,6 +8,7 @@
 
 mod data;
 mod declared;
+pub(crate) mod harmless;
 mod parse;
 mod seam;
 mod statements;

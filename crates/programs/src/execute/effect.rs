@@ -2,6 +2,7 @@
 
 use super::gap::Missing;
 use crate::program::{Dialect, JOINTS_AT};
+use crate::rapid::harmless;
 use crate::scan::{is_variable, routine_name, strip_word};
 
 /// What a line that is kept verbatim does to the execution.
@@ -137,42 +138,7 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             ],
             &["WAITFOR"],
         ),
-        Dialect::Rapid => (
-            &[
-                "CONFL",
-                "CONFJ",
-                "SINGAREA",
-                // as it is without
-                "ACCSET100,100",
-                "TPWRITE",
-                "TPERASE",
-                "SETDO",
-                "RESET",
-                "PULSEDO",
-                "TPSHOW",
-                "ERRWRITE",
-                "CORNERPATHWARNING",
-                "INVERTDO",
-                "CLKSTART",
-                "CLKSTOP",
-                "CLKRESET",
-                "MOTIONSUP",
-                // whether its axes move the part is told by the positions
-                "ACTUNIT",
-                "DEACTUNIT",
-                "GRIPLOAD",
-            ],
-            &[
-                "WAITDI",
-                "WAITDO",
-                "WAITAI",
-                "WAITAO",
-                "WAITGI",
-                "WAITGO",
-                "WAITUNTIL",
-                "STOP",
-            ],
-        ),
+        Dialect::Rapid => (&harmless::ACTS, &harmless::WAITS),
         Dialect::UrScript => (
             &[
                 "SET_DIGITAL_OUT(",

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::data;
 use super::declared::{Declared, displaced};
+use super::harmless;
 use super::statements::Statement;
 use crate::expression::{Quotient, Spelling};
 use crate::orientation::quaternion_of;
@@ -11,8 +12,8 @@ use crate::program::Coordinates;
 use crate::scan::{before_last_word, finite, identifier, is_variable, strip_word};
 use crate::unrolled::{Language, Place, Step, unrolled};
 
-/// Instructions that set no variable, but for what their arguments name to be set.
-const ACTS: [&str; 52] = [
+/// Instructions that shape metal, or may, and set no variable.
+const SHAPES: [&str; 26] = [
     "MOVEL",
     "MOVEJ",
     "MOVEC",
@@ -23,49 +24,29 @@ const ACTS: [&str; 52] = [
     "ARCCSTART",
     "ARCC",
     "ARCCEND",
-    "CONFJ",
-    "CONFL",
     "WAITTIME",
     "WAITROB",
-    "WAITDI",
-    "WAITDO",
-    "WAITAI",
-    "WAITAO",
-    "WAITGI",
-    "WAITGO",
-    "WAITUNTIL",
-    "CLKSTART",
-    "CLKSTOP",
-    "CLKRESET",
-    "MOTIONSUP",
-    "GRIPLOAD",
     "PDISPOFF",
     "EOFFSOFF",
     "STARTMOVE",
     "STOPMOVE",
-    "CORNERPATHWARNING",
     "PATHRESOL",
     "PATHACCLIM",
     "SPEEDREFRESH",
-    "TPSHOW",
-    "INVERTDO",
-    "SINGAREA",
     "ACCSET",
     "VELSET",
-    "TPWRITE",
-    "TPERASE",
     "SET",
-    "RESET",
-    "SETDO",
     "SETAO",
     "SETGO",
-    "PULSEDO",
-    "ACTUNIT",
-    "DEACTUNIT",
     "RETURN",
     "EXIT",
-    "STOP",
 ];
+
+/// Whether an instruction sets no variable, but for what its arguments name to be set.
+fn sets_none(word: &str) -> bool {
+    let all = SHAPES.iter().chain(&harmless::ACTS).chain(&harmless::WAITS);
+    all.into_iter().any(|w| *w == word)
+}
 
 /// The numbers of a `robtarget`.
 const NUMBERS: [&str; 17] = [
@@ -127,7 +108,7 @@ impl Language for Rapid<'_> {
         }
         // waits may tell in a variable whether their time ran out
         let sets = rest.to_ascii_uppercase().contains("FLAG:=");
-        if ACTS.contains(&word.as_str()) && !sets {
+        if sets_none(&word) && !sets {
             return Step::Acts;
         }
         Step::Calls

@@ -164,22 +164,31 @@ fn round(radius: f64, length: f64) -> impl Iterator<Item = ([DVec3; 2], f64)> {
     })
 }
 
-/// A capsule around all rods of the nozzle.
-pub(super) fn around_nozzle(capsules: &[Capsule]) -> Option<Capsule> {
-    // those along it and those of its rim take turns
-    let rods = || capsules.iter().filter(|c| c.body == Body::Nozzle);
-    let along = || rods().step_by(2);
-    let count = along().count();
-    let first = *rods().next()?;
+/// Rods of a nozzle that are looked at together, those along it and those of its rim.
+const TOGETHER: usize = 8;
+
+/// The rods of the nozzle, side by side some together.
+pub(super) fn of_nozzle(capsules: &[Capsule]) -> impl Iterator<Item = &[Capsule]> {
+    let count = capsules.iter().take_while(|c| c.body == Body::Nozzle);
+    capsules[..count.count()].chunks(TOGETHER)
+}
+
+/// A capsule around rods of the nozzle, in their order: those along it and those of its rim take turns.
+pub(super) fn around(rods: &[Capsule]) -> Option<Capsule> {
+    let first = *rods.first()?;
+    let along = || rods.iter().step_by(2);
     let middle = |end: fn(&Segment) -> DVec3, of: fn(&Capsule) -> Segment| {
-        along().map(|rod| end(&of(rod))).sum::<DVec3>() / count as f64
+        along().map(|rod| end(&of(rod))).sum::<DVec3>() / along().count() as f64
     };
     let line = |of: fn(&Capsule) -> Segment| Segment {
         a: middle(|s| s.a, of),
         b: middle(|s| s.b, of),
     };
     let axis = line(|c| c.line);
-    let out = rods().map(|rod| rod.line.a.distance(axis.a) + rod.radius);
+    let out = rods.iter().map(|rod| {
+        let ends = [rod.line.a, rod.line.b].map(|end| between(&axis, &Segment { a: end, b: end }));
+        ends[0].max(ends[1]) + rod.radius
+    });
     Some(Capsule {
         line: axis,
         in_base: line(|c| c.in_base),

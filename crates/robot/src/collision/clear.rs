@@ -7,7 +7,8 @@ use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
 use super::Body;
-use super::bodies::{Capsule, around_nozzle, capsules};
+use super::bodies::{Capsule, around, capsules, of_nozzle};
+use super::distance::Segment;
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, foot, table, to_table};
 use super::sweep::over_joint_moves;
@@ -236,25 +237,37 @@ impl Look for Nearing {
 /// The least distance of any pair of bodies, mm, where it is less than `most`; else `most`.
 fn room(
     cell: &Cell,
-    around: &Surroundings<'_>,
+    stands: &Surroundings<'_>,
     command: u32,
     bodies: &[Capsule],
     most: f64,
 ) -> f64 {
-    let metal = (around.metal)(command);
-    let (table, foot) = (table(cell, around), foot(cell, around));
+    let metal = (stands.metal)(command);
+    let (table, foot) = (table(cell, stands), foot(cell, stands));
+    let to_metal = |line: &Segment, radius: f64, least: f64| {
+        metal.distance(line, least + radius, foot) - radius
+    };
     let mut least = most;
-    // what lies around all rods of the nozzle has room: so have they
-    let nozzle = around_nozzle(bodies);
-    let spared = nozzle.is_some_and(|n| {
-        let beyond = most + n.radius;
-        metal.distance(&n.line, beyond, foot) >= beyond
-    });
+    // what lies around rods has room: so have they
+    let spared = |rods: &[Capsule], least: f64| {
+        around(rods).is_some_and(|hull| to_metal(&hull.line, hull.radius, least) >= least)
+    };
+    let rods: Vec<&[Capsule]> = of_nozzle(bodies).collect();
+    let count = rods.iter().map(|rods| rods.len()).sum();
+    if !spared(&bodies[..count], least) {
+        for rods in rods {
+            if spared(rods, least) {
+                continue;
+            }
+            for rod in rods {
+                least = least.min(to_metal(&rod.line, rod.radius, least));
+            }
+        }
+    }
     for capsule in bodies {
-        let may = |other: Body| around.pairs.may_touch(capsule.body, other);
-        if may(Body::Metal) && !(spared && capsule.body == Body::Nozzle) {
-            let most = least + capsule.radius;
-            least = least.min(metal.distance(&capsule.line, most, foot) - capsule.radius);
+        let may = |other: Body| stands.pairs.may_touch(capsule.body, other);
+        if may(Body::Metal) && capsule.body != Body::Nozzle {
+            least = least.min(to_metal(&capsule.line, capsule.radius, least));
         }
         if let Some(table) = table.as_ref().filter(|_| may(Body::Table)) {
             least = least.min(to_table(table, capsule));
