@@ -249,15 +249,19 @@ fn room(
     };
     let mut least = most;
     // what lies around rods has room: so have they
-    let spared = |rods: &[Capsule], least: f64| {
-        around(rods).is_some_and(|hull| to_metal(&hull.line, hull.radius, least) >= least)
+    let outside = |rods: &[Capsule], least: f64| match around(rods) {
+        Some(hull) => to_metal(&hull.line, hull.radius, least),
+        None => least,
     };
     let rods: Vec<&[Capsule]> = of_nozzle(bodies).collect();
     let count = rods.iter().map(|rods| rods.len()).sum();
-    if !spared(&bodies[..count], least) {
-        for rods in rods {
-            if spared(rods, least) {
-                continue;
+    if outside(&bodies[..count], least) < least {
+        // the nearest first: the others are then often too far
+        let mut rods: Vec<_> = rods.iter().map(|r| (outside(r, least), *r)).collect();
+        rods.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (outside, rods) in rods {
+            if outside >= least {
+                break;
             }
             for rod in rods {
                 least = least.min(to_metal(&rod.line, rod.radius, least));

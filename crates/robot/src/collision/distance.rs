@@ -41,6 +41,16 @@ impl Bounds {
             .length()
     }
 
+    /// The same, nearer to the distance for a segment that lies athwart the axes; of a box whose sides lie nowhere at infinity.
+    pub(super) fn at_least_athwart(&self, segment: &Segment) -> f64 {
+        let (centre, half) = (0.5 * (self.low + self.high), 0.5 * (self.high - self.low));
+        let way = segment.b - segment.a;
+        let share = (centre - segment.a).dot(way) / way.length_squared().max(POINT);
+        let from = segment.a + share.clamp(0.0, 1.0) * way;
+        self.at_least_to(segment)
+            .max(centre.distance(from) - half.length())
+    }
+
     /// The distance of a segment, mm. That of its points is convex along it: the least is found by sections.
     pub(super) fn to_segment(self, segment: &Segment) -> f64 {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -172,6 +182,8 @@ mod tests {
                 "{found} {sampled}"
             );
             assert!(bounds.at_least_to(&p) <= found + 1e-9);
+            bounds.low.z = a.z.min(b.z);
+            assert!(bounds.at_least_athwart(&p) <= bounds.to_segment(&p) + 1e-9);
         }
     }
 }

@@ -107,7 +107,7 @@ impl Solids {
             return most;
         }
         let mut least = most;
-        let far = |node: usize| self.nodes[node].bounds.at_least_to(segment);
+        let far = |node: usize| self.nodes[node].bounds.at_least_athwart(segment);
         let mut stack = vec![(far(0), 0)];
         while let Some((box_distance, node)) = stack.pop() {
             let Node { since, kind, .. } = self.nodes[node];

@@ -22,6 +22,10 @@ const FAR: f64 = 40.0;
 /// A positioner turns back where the torch then leans so much less, rad.
 const WORTH: f64 = TAU / 72.0;
 
+/// Along longer runs a positioner is not given more key places the more it has to turn, nor turned back in the air, mm: either takes
+/// several times as long as the way itself.
+const LONG: f64 = 5000.0;
+
 /// How often another way is looked for.
 const ATTEMPTS: usize = 40;
 
@@ -72,9 +76,9 @@ struct Turning {
 }
 
 impl Turning {
-    /// Of a positioner that is to keep the torch upright.
-    fn of(task: &Task<'_>) -> Option<Self> {
-        if task.cell.arrangement != Arrangement::TorchOnRobot {
+    /// Of a positioner that is to keep the torch upright, along a run that is not too long for it.
+    fn of(task: &Task<'_>, chain: &Chain) -> Option<Self> {
+        if task.cell.arrangement != Arrangement::TorchOnRobot || chain.length() > LONG {
             return None;
         }
         let last = [2, 1]
@@ -104,13 +108,13 @@ impl Turning {
 fn near_places(task: &Task<'_>, chain: &Chain) -> Vec<f64> {
     let ends = chain.legs.iter().filter(|l| l.end == End::Target);
     let ends = ends.map(|l| l.begin + l.length);
-    spaced(ends, NEAR, chain, Turning::of(task))
+    spaced(ends, NEAR, chain, Turning::of(task, chain))
 }
 
 /// Of the key places those where ways are chosen wide.
 fn far_places(task: &Task<'_>, chain: &Chain, places: &[f64]) -> Vec<f64> {
     let ends = places.iter().skip(1).copied();
-    spaced(ends, FAR, chain, Turning::of(task))
+    spaced(ends, FAR, chain, Turning::of(task, chain))
 }
 
 impl<'a> Free<'a> {
@@ -139,6 +143,9 @@ impl<'a> Free<'a> {
         travels: &BTreeSet<u32>,
         observer: &dyn Observer,
     ) -> Result<Vec<u32>, NotHeld> {
+        if chain.length() > LONG {
+            return Ok(Vec::new());
+        }
         let over = chain.legs.iter().filter(|l| travels.contains(&l.command));
         let over: Vec<(u32, [f64; 2])> = over
             .map(|l| (l.command, [l.begin, l.begin + l.length]))

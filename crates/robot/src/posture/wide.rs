@@ -424,19 +424,21 @@ impl<'a> Wide<'a> {
         }
     }
 
-    /// The ways before that a step of track and positioner leads to a place of theirs.
-    fn beside(&self, cube: Cube, before: &[Kept], gone: f64) -> Vec<From> {
+    /// The ways before that a step of track and positioner leads to a place of theirs, by their headings.
+    fn beside(&self, cube: Cube, before: &[Kept], gone: f64) -> [Vec<From>; HEADINGS as usize] {
         let external = self.grid.value(cube);
-        let mut found = Vec::new();
+        let mut found = [const { Vec::new() }; HEADINGS as usize];
         for beside in self.grid.beside(cube, gone) {
             let first = before.partition_point(|k| k.cube < beside);
             let moved = choice::travel(self.grid.value(beside), external);
             let of_cube = before[first..].iter().take_while(|k| k.cube == beside);
-            found.extend(of_cube.zip(first..).map(|(kept, i)| From {
-                i,
-                joints: kept.joints(),
-                moved,
-            }));
+            for (kept, i) in of_cube.zip(first..) {
+                found[usize::from(kept.heading)].push(From {
+                    i,
+                    joints: kept.joints(),
+                    moved,
+                });
+            }
         }
         found
     }
@@ -446,16 +448,10 @@ impl<'a> Wide<'a> {
         &self,
         node: &Node,
         before: &[Kept],
-        from: &[From],
+        from: &[Vec<From>; HEADINGS as usize],
         (place, gone): (usize, f64),
     ) -> Option<Kept> {
-        let mut headings = [false; HEADINGS as usize];
-        for h in headings_beside(node.heading, gone) {
-            headings[usize::from(h)] = true;
-        }
-        let turned = from
-            .iter()
-            .filter(|f| headings[usize::from(before[f.i].heading)]);
+        let turned = headings_beside(node.heading, gone).flat_map(|h| &from[usize::from(h)]);
         let found = turned.filter_map(|f| {
             let motion = motion(&f.joints, &node.joints, step_over(gone))?;
             let total = before[f.i].total + (motion + f.moved) / gone + node.cost * gone;

@@ -9,7 +9,7 @@ use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{
     self, Clearance, Cleared, Surroundings, hold_clear, is_nearest_on,
 };
-use meltpath_robot::posture::{self, Because, Chain, Change, NotHeld, Rotation, Task, hold};
+use meltpath_robot::posture::{self, Because, Change, NotHeld, Rotation, Task, hold};
 
 use crate::job::waam::ExternalChoice;
 use crate::waam::drive::arm_way::{ArmWay, Over};
@@ -30,8 +30,6 @@ const LEANS: f64 = 20.0 * DEGREE;
 /// It turns back where the torch then leans so much less, rad.
 const WORTH: f64 = 5.0 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
-/// Programs with longer ways are not looked through for where it may, mm: that takes several times as long as the way itself.
-const LONG: f64 = 5000.0;
 
 /// What is told where no way holds a program.
 #[derive(Default)]
@@ -90,7 +88,6 @@ pub(super) fn looked_for(
         && told
         && let leans = greatest_lean(straight)
         && leans > LEANS
-        && straight.held.chains.iter().map(Chain::length).sum::<f64>() < LONG
         && let Ok(changes) = over::turned_back_in_the_air(&task, moves, observer)
         && !changes.is_empty()
         && let Some((way, _)) = over_to(changes, (programs, schedules), moves, site, observer)?
