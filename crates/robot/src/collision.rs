@@ -1,8 +1,8 @@
 //! Whether torch and arm stay clear of the metal as it has grown, of the table and of the arm itself along a held program.
 //!
-//! Bodies are capsules: a link from its joint to the next, the torch from the flange to its contact tube, the nozzle as rods along its
-//! side and around its rim. Metal that is laid from above is columns from the plate up to their heights; metal that is laid from any side is rods along its
-//! beads, on closed meshes. Distances at a place are exact. Between two places they are bounded by how far
+//! Bodies are round bars: a link from its joint to the next and the torch from the flange to its contact tube with round ends, nozzle and
+//! flange with flat ones. Metal that is laid from above is columns from the plate up to their heights; metal that is laid from any side is
+//! rods along its beads, on closed meshes. Distances at a place are exact. Between two places they are bounded by how far
 //! bodies go, and where that bound is less than wanted the way is looked at more finely: a told distance is never too great, and one that
 //! is too little is so.
 
@@ -14,6 +14,7 @@ pub(crate) mod motion;
 mod pairs;
 mod passage;
 mod rooms;
+mod round;
 mod solids;
 mod surroundings;
 mod sweep;

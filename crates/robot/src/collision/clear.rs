@@ -7,8 +7,7 @@ use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
 use super::Body;
-use super::bodies::{Capsule, around, capsules, of_nozzle};
-use super::distance::Segment;
+use super::bodies::{Bar, bars};
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, foot, table, to_table};
 use super::sweep::over_joint_moves;
@@ -53,7 +52,7 @@ fn spare(
     wanted: f64,
     (command, values): (u32, &Values),
 ) -> f64 {
-    let bodies = capsules(task.cell, around.shapes, values);
+    let bodies = bars(task.cell, around.shapes, values);
     room(task.cell, around, command, &bodies, wanted + BEYOND) - wanted
 }
 
@@ -235,50 +234,21 @@ impl Look for Nearing {
 }
 
 /// The least distance of any pair of bodies, mm, where it is less than `most`; else `most`.
-fn room(
-    cell: &Cell,
-    stands: &Surroundings<'_>,
-    command: u32,
-    bodies: &[Capsule],
-    most: f64,
-) -> f64 {
+fn room(cell: &Cell, stands: &Surroundings<'_>, command: u32, bodies: &[Bar], most: f64) -> f64 {
     let metal = (stands.metal)(command);
     let (table, foot) = (table(cell, stands), foot(cell, stands));
-    let to_metal = |line: &Segment, radius: f64, least: f64| {
-        metal.distance(line, least + radius, foot) - radius
-    };
     let mut least = most;
-    // what lies around rods has room: so have they
-    let outside = |rods: &[Capsule], least: f64| match around(rods) {
-        Some(hull) => to_metal(&hull.line, hull.radius, least),
-        None => least,
-    };
-    let rods: Vec<&[Capsule]> = of_nozzle(bodies).collect();
-    let count = rods.iter().map(|rods| rods.len()).sum();
-    if outside(&bodies[..count], least) < least {
-        // the nearest first: the others are then often too far
-        let mut rods: Vec<_> = rods.iter().map(|r| (outside(r, least), *r)).collect();
-        rods.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (outside, rods) in rods {
-            if outside >= least {
-                break;
-            }
-            for rod in rods {
-                least = least.min(to_metal(&rod.line, rod.radius, least));
-            }
-        }
-    }
-    for capsule in bodies {
-        let may = |other: Body| stands.pairs.may_touch(capsule.body, other);
-        if may(Body::Metal) && capsule.body != Body::Nozzle {
-            least = least.min(to_metal(&capsule.line, capsule.radius, least));
+    for bar in bodies {
+        let may = |other: Body| stands.pairs.may_touch(bar.body, other);
+        if may(Body::Metal) {
+            least = least.min(metal.distance(&bar.in_part, least, foot));
         }
         if let Some(table) = table.as_ref().filter(|_| may(Body::Table)) {
-            least = least.min(to_table(table, capsule));
+            least = least.min(to_table(table, &bar.in_part));
         }
         for other in bodies {
-            if other.body > capsule.body && may(other.body) {
-                least = least.min(capsule.apart(other));
+            if other.body > bar.body && may(other.body) {
+                least = least.min(bar.in_base.apart(&other.in_base));
             }
         }
     }

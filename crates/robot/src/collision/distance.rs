@@ -53,28 +53,33 @@ impl Bounds {
 
     /// The distance of a segment, mm. That of its points is convex along it: the least is found by sections.
     pub(super) fn to_segment(self, segment: &Segment) -> f64 {
-        const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let ends = self.to_point(segment.a).min(self.to_point(segment.b));
         if ends <= self.at_least_to(segment) {
             return ends;
         }
         let at = |t: f64| self.to_point(segment.a.lerp(segment.b, t));
-        let (mut low, mut high) = (0.0, 1.0);
-        let (mut s, mut t) = (1.0 - GOLDEN, GOLDEN);
-        let (mut at_s, mut at_t) = (at(s), at(t));
-        for _ in 0..STEPS {
-            if at_s <= at_t {
-                (high, t, at_t) = (t, s, at_s);
-                s = high - GOLDEN * (high - low);
-                at_s = at(s);
-            } else {
-                (low, s, at_s) = (s, t, at_t);
-                t = low + GOLDEN * (high - low);
-                at_t = at(t);
-            }
-        }
-        at_s.min(at_t).min(ends)
+        least_along(at).min(ends)
     }
+}
+
+/// The least of a convex function between zero and one, by sections.
+pub(super) fn least_along(at: impl Fn(f64) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let (mut low, mut high) = (0.0, 1.0);
+    let (mut s, mut t) = (1.0 - GOLDEN, GOLDEN);
+    let (mut at_s, mut at_t) = (at(s), at(t));
+    for _ in 0..STEPS {
+        if at_s <= at_t {
+            (high, t, at_t) = (t, s, at_s);
+            s = high - GOLDEN * (high - low);
+            at_s = at(s);
+        } else {
+            (low, s, at_s) = (s, t, at_t);
+            t = low + GOLDEN * (high - low);
+            at_t = at(t);
+        }
+    }
+    at_s.min(at_t)
 }
 
 /// The square of a length that is none, mm².

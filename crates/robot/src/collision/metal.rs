@@ -5,7 +5,8 @@ use std::sync::Arc;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 
-use super::distance::{Bounds, Segment};
+use super::distance::Bounds;
+use super::round::Round;
 use super::solids::Solids;
 
 /// Metal as it stands at some time.
@@ -31,11 +32,11 @@ impl Metal {
         Metal(Form::Solids(Arc::clone(solids), time))
     }
 
-    /// The distance of a segment from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
-    pub(super) fn distance(&self, segment: &Segment, most: f64, foot: f64) -> f64 {
+    /// The distance of something round from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
+    pub(super) fn distance(&self, round: &Round, most: f64, foot: f64) -> f64 {
         match &self.0 {
-            Form::Columns(columns) => columns.distance(segment, most, foot),
-            Form::Solids(solids, time) => solids.distance(segment, *time, most),
+            Form::Columns(columns) => columns.distance(round, most, foot),
+            Form::Solids(solids, time) => solids.distance(round, *time, most),
         }
     }
 }
@@ -98,13 +99,11 @@ impl Columns {
         }
     }
 
-    /// The distance of a segment from the metal down to `foot`, mm, where it is less than `most`; else no less than `most`.
-    fn distance(&self, segment: &Segment, most: f64, foot: f64) -> f64 {
+    /// The distance of something round from the metal down to `foot`, mm, where it is less than `most`; else no less than `most`.
+    fn distance(&self, round: &Round, most: f64, foot: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
             Some(top) => match self.column(top, (0, 0), foot) {
-                Some(all) => {
-                    self.below((segment, foot), most, top, (0, 0), all.to_segment(segment))
-                }
+                Some(all) => self.below((round, foot), most, top, (0, 0), round.nearly_to(all)),
                 None => most,
             },
             None => most,
@@ -126,24 +125,30 @@ impl Columns {
         })
     }
 
-    /// The distance from what stands within a column, whose own is `least`.
+    /// The distance from what stands within a column, whose own is `least` or more.
     fn below(
         &self,
-        (segment, foot): (&Segment, f64),
+        (round, foot): (&Round, f64),
         most: f64,
         level: usize,
         (ix, iy): (usize, usize),
         least: f64,
     ) -> f64 {
-        if least >= most || level == 0 {
-            return most.min(least);
+        if least >= most {
+            return most;
+        }
+        if level == 0 {
+            let exact = self
+                .column(0, (ix, iy), foot)
+                .map(|c| round.to_box(c, most));
+            return exact.map_or(most, |exact| most.min(exact));
         }
         let child = |x: usize, y: usize| {
             let place = (2 * ix + x, 2 * iy + y);
             let column = self.column(level - 1, place, foot);
-            let least = column.map_or(f64::INFINITY, |bounds| match bounds.at_least_to(segment) {
+            let least = column.map_or(f64::INFINITY, |bounds| match round.at_least_to(&bounds) {
                 far if far >= most => far,
-                _ => bounds.to_segment(segment),
+                _ => round.nearly_to(bounds),
             });
             (place, least)
         };
@@ -151,7 +156,7 @@ impl Columns {
         let mut children = [child(0, 0), child(1, 0), child(0, 1), child(1, 1)];
         children.sort_by(|a, b| a.1.total_cmp(&b.1));
         children.into_iter().fold(most, |most, (place, least)| {
-            self.below((segment, foot), most, level - 1, place, least)
+            self.below((round, foot), most, level - 1, place, least)
         })
     }
 }
@@ -160,6 +165,8 @@ impl Columns {
 mod tests {
     use meltpath_numerics::random::Random;
 
+    use super::super::distance::Segment;
+    use super::super::round::Ends;
     use super::*;
 
     /// Against every cell's own column.
@@ -195,14 +202,19 @@ mod tests {
                     wanted = wanted.min(bounds.to_segment(&segment));
                 }
             }
-            let found = metal.distance(&segment, 1e9, f64::NEG_INFINITY);
+            let thin = Round {
+                line: segment,
+                radius: 0.0,
+                ends: Ends::Round,
+            };
+            let found = metal.distance(&thin, 1e9, f64::NEG_INFINITY);
             assert!((found - wanted).abs() < 1e-5, "{found} {wanted}");
-            let half = metal.distance(&segment, 0.5 * wanted, f64::NEG_INFINITY);
+            let half = metal.distance(&thin, 0.5 * wanted, f64::NEG_INFINITY);
             assert!(half >= 0.5 * wanted);
             // a line that is wholly under the foot is as far from it as it lies under it, or farther
             let under = segment.a.z.max(segment.b.z) + 1.5;
             if under < 0.0 {
-                assert!(metal.distance(&segment, 1e9, under) >= 1.5 - 1e-9);
+                assert!(metal.distance(&thin, 1e9, under) >= 1.5 - 1e-9);
             }
         }
     }

@@ -6,7 +6,7 @@
 
 use meltpath_geometry::math::DVec3;
 
-use super::bodies::{Body, Capsule};
+use super::bodies::{Bar, Body};
 use crate::cell::{AXES, Arrangement, Cell, Values};
 use crate::posture::Stretch;
 
@@ -120,12 +120,7 @@ impl Reach {
     }
 
     /// How far bodies go from one place to the next.
-    pub(super) fn motion(
-        &self,
-        stretch: &Stretch<'_>,
-        before: &[Capsule],
-        now: &[Capsule],
-    ) -> BodiesGone {
+    pub(super) fn motion(&self, stretch: &Stretch<'_>, before: &[Bar], now: &[Bar]) -> BodiesGone {
         let [from, to] = stretch.ends;
         let steps = steps(stretch.ends.map(|end| Values::of(end.joints, end.external)));
         let of_torch = |body| match (body, self.arrangement) {
@@ -137,14 +132,13 @@ impl Reach {
         let in_part = before.iter().zip(now).map(|(b, n)| {
             let bend = match stretch.tip_bend() {
                 Some(tip) if of_torch(b.body) => {
-                    let lever = (b.line.a.distance(from.tip.position))
-                        .max(b.line.b.distance(from.tip.position));
+                    let lever = b.in_part.farthest_from(from.tip.position);
                     tip + lever * turn * turn / 8.0
                 }
                 _ => self.levers(b.body, true).bend(&steps, stretch.bend),
             };
             Gone {
-                chord: b.line.gone(&n.line),
+                chord: b.in_part.gone(&n.in_part),
                 bend,
             }
         });

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::bodies::{Body, capsules, forearm};
+use super::bodies::{Body, bars, forearm};
 use crate::cell::{Arrangement, Cell, Shapes, Values};
 
 /// Links of an arm.
@@ -78,9 +78,9 @@ fn always_touch(cell: &Cell, shapes: &Shapes, body: Body, link: usize) -> bool {
             *angle = joint.limits.low + room * f64::from(n % TURNS) / f64::from(TURNS - 1);
             n /= TURNS;
         }
-        let all = capsules(cell, shapes, &values);
+        let all = bars(cell, shapes, &values);
         let of = |body: Body| all.iter().filter(move |c| c.body == body);
         let other = Body::Link(link as u8);
-        of(body).any(|a| of(other).any(|b| a.apart(b) <= 0.0))
+        of(body).any(|a| of(other).any(|b| a.in_base.apart(&b.in_base) <= 0.0))
     })
 }

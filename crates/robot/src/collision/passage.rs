@@ -6,7 +6,7 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::bodies::{Body, Capsule, capsules, outmost};
+use super::bodies::{Bar, Body, bars};
 use super::distance::Bounds;
 use super::metal::Metal;
 use super::motion::{BodiesGone, Gone, Reach};
@@ -35,13 +35,13 @@ pub(super) trait Look {
     fn tell(&mut self, bodies: [Body; 2], distance: f64);
 }
 
-/// What a capsule may come near to.
+/// What a bar may come near to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Other {
     Metal,
     Table,
-    /// Another capsule, by its number.
-    Capsule(usize),
+    /// Another bar, by its number.
+    Bar(usize),
 }
 
 /// Two that come near each other on a stretch, and how near they are at its ends, mm.
@@ -55,7 +55,7 @@ struct Pair {
 /// Where everything is.
 struct At {
     place: Place,
-    capsules: Vec<Capsule>,
+    bars: Vec<Bar>,
 }
 
 /// What does not change on the way.
@@ -83,10 +83,7 @@ pub(super) fn pass(
         cell: task.cell,
         shapes: around.shapes,
         pairs: around.pairs,
-        reach: Reach::of(
-            task.cell,
-            [around.shapes.nozzle[1], around.shapes.links[5]].map(outmost),
-        ),
+        reach: Reach::of(task.cell, [around.shapes.nozzle[1], around.shapes.links[5]]),
         table: table(task.cell, around),
         foot: foot(task.cell, around),
     };
@@ -150,7 +147,7 @@ impl Scene<'_> {
         let values = Values::of(place.joints, place.external);
         At {
             place,
-            capsules: capsules(self.cell, self.shapes, &values),
+            bars: bars(self.cell, self.shapes, &values),
         }
     }
 
@@ -163,10 +160,10 @@ impl Scene<'_> {
         rooms: &mut Rooms<'m>,
         look: &mut impl Look,
     ) {
-        let motion = self.reach.motion(stretch, &before.capsules, &now.capsules);
-        rooms.of(metal, now.capsules.len());
+        let motion = self.reach.motion(stretch, &before.bars, &now.bars);
+        rooms.of(metal, now.bars.len());
         let mut near = Vec::new();
-        let (a, b) = (&before.capsules, &now.capsules);
+        let (a, b) = (&before.bars, &now.bars);
         let mut add = |one: usize, other: Other, distances: [f64; 2], look: &mut _| {
             let pair = Pair {
                 one,
@@ -180,9 +177,7 @@ impl Scene<'_> {
             let gone = motion.in_part[i];
             if may(Body::Metal) {
                 let below = look.below([b[i].body, Body::Metal]);
-                let to = |at: &[Capsule], most: f64| {
-                    metal.distance(&at[i].line, most + at[i].radius, self.foot) - at[i].radius
-                };
+                let to = |at: &[Bar], most: f64| metal.distance(&at[i].in_part, most, self.foot);
                 let found = rooms.metal[i]
                     .looked(gone, below, |now, most| to(if now { b } else { a }, most));
                 if let Some(distances) = found {
@@ -192,7 +187,7 @@ impl Scene<'_> {
             if let Some(table) = self.table.as_ref().filter(|_| may(Body::Table)) {
                 let below = look.below([b[i].body, Body::Table]);
                 let found = rooms.table[i].looked(gone, below, |now, _| {
-                    to_table(table, if now { &b[i] } else { &a[i] })
+                    to_table(table, &if now { b[i] } else { a[i] }.in_part)
                 });
                 if let Some(distances) = found {
                     add(i, Other::Table, distances, look);
@@ -200,8 +195,8 @@ impl Scene<'_> {
             }
             for j in 0..b.len() {
                 if b[j].body > b[i].body && may(b[j].body) {
-                    let distances = [a, b].map(|at| at[i].apart(&at[j]));
-                    add(i, Other::Capsule(j), distances, look);
+                    let distances = [a, b].map(|at| at[i].in_base.apart(&at[j].in_base));
+                    add(i, Other::Bar(j), distances, look);
                 }
             }
         }
@@ -221,7 +216,7 @@ impl Scene<'_> {
     ) {
         // where it cannot be held between its ends nothing is known but the bound
         let (Ok(halves), true) = (stretch.halves(), left > 0) else {
-            let [a, b] = ends.map(|at| &at.capsules);
+            let [a, b] = ends.map(|at| &at.bars);
             let motion = self.reach.motion(stretch, a, b);
             for pair in near {
                 look.tell(pair.bodies(a), pair.least(&motion));
@@ -235,7 +230,7 @@ impl Scene<'_> {
             .collect();
         let pieces = [[ends[0], &middle], [&middle, ends[1]]];
         for (half, (piece, ends)) in halves.iter().zip(pieces).enumerate() {
-            let [a, b] = ends.map(|at| &at.capsules);
+            let [a, b] = ends.map(|at| &at.bars);
             let motion = self.reach.motion(piece, a, b);
             let mut still = Vec::new();
             for (pair, middle) in near.iter().zip(&distances) {
@@ -250,19 +245,19 @@ impl Scene<'_> {
     }
 
     fn distance(&self, pair: &Pair, at: &At, metal: &Metal) -> f64 {
-        let one = &at.capsules[pair.one];
+        let one = &at.bars[pair.one];
         match (pair.other, &self.table) {
-            (Other::Metal, _) => metal.distance(&one.line, f64::MAX, self.foot) - one.radius,
-            (Other::Table, Some(table)) => to_table(table, one),
+            (Other::Metal, _) => metal.distance(&one.in_part, f64::MAX, self.foot),
+            (Other::Table, Some(table)) => to_table(table, &one.in_part),
             (Other::Table, None) => f64::INFINITY,
-            (Other::Capsule(j), _) => one.apart(&at.capsules[j]),
+            (Other::Bar(j), _) => one.in_base.apart(&at.bars[j].in_base),
         }
     }
 }
 
 /// Whether a pair must be looked at more finely on a stretch; else what is of interest was told.
-fn open(pair: &Pair, capsules: &[Capsule], motion: &BodiesGone, look: &mut impl Look) -> bool {
-    let bodies = pair.bodies(capsules);
+fn open(pair: &Pair, bars: &[Bar], motion: &BodiesGone, look: &mut impl Look) -> bool {
+    let bodies = pair.bodies(bars);
     let least = pair.least(motion);
     if least >= look.below(bodies) {
         return false;
@@ -276,20 +271,20 @@ fn open(pair: &Pair, capsules: &[Capsule], motion: &BodiesGone, look: &mut impl 
 }
 
 impl Pair {
-    fn bodies(&self, capsules: &[Capsule]) -> [Body; 2] {
+    fn bodies(&self, bars: &[Bar]) -> [Body; 2] {
         let other = match self.other {
             Other::Metal => Body::Metal,
             Other::Table => Body::Table,
-            Other::Capsule(j) => capsules[j].body,
+            Other::Bar(j) => bars[j].body,
         };
-        [capsules[self.one].body, other]
+        [bars[self.one].body, other]
     }
 
     /// No more than its least distance on a stretch, mm.
     fn least(&self, motion: &BodiesGone) -> f64 {
         match self.other {
             Other::Metal | Other::Table => Gone::least(self.distances, &[motion.in_part[self.one]]),
-            Other::Capsule(j) => {
+            Other::Bar(j) => {
                 let gone = [motion.in_base[self.one], motion.in_base[j]];
                 Gone::least(self.distances, &gone)
             }

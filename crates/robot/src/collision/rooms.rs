@@ -6,7 +6,7 @@ use super::motion::Gone;
 /// How much farther than is of interest a body is looked for, mm: what is found there spares the places after it.
 const AHEAD: f64 = 25.0;
 
-/// What is known of the room around each capsule.
+/// What is known of the room around each bar.
 #[derive(Default)]
 pub(super) struct Rooms<'a> {
     pub(super) metal: Vec<Room>,
@@ -27,7 +27,7 @@ impl<'a> Rooms<'a> {
     }
 }
 
-/// What is known of the room around one capsule, mm.
+/// What is known of the room around one bar, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Room {
     /// No more than its distance.

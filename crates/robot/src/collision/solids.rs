@@ -5,6 +5,7 @@ use meltpath_geometry::distance::Distance;
 use meltpath_geometry::math::DVec3;
 
 use super::distance::{Bounds, Segment, between};
+use super::round::Round;
 
 /// Things in one leaf.
 const LEAF: usize = 4;
@@ -100,14 +101,14 @@ impl Solids {
         }
     }
 
-    /// The distance of a segment from what is there at a time, mm, where it is less than `most`; else no less than `most`. Zero or less where
-    /// the segment lies in something.
-    pub(super) fn distance(&self, segment: &Segment, time: u32, most: f64) -> f64 {
+    /// The distance of something round from what is there at a time, mm, where it is less than `most`; else no less than `most`. Zero or less
+    /// where it lies in something.
+    pub(super) fn distance(&self, round: &Round, time: u32, most: f64) -> f64 {
         if self.nodes.is_empty() {
             return most;
         }
         let mut least = most;
-        let far = |node: usize| self.nodes[node].bounds.at_least_athwart(segment);
+        let far = |node: usize| round.at_least_to(&self.nodes[node].bounds);
         let mut stack = vec![(far(0), 0)];
         while let Some((box_distance, node)) = stack.pop() {
             let Node { since, kind, .. } = self.nodes[node];
@@ -122,12 +123,12 @@ impl Solids {
                 Kind::Leaf { first, count } => {
                     let there = self.items[first..first + count].iter();
                     let there = there.filter(|i| i.since <= time);
-                    least = there.fold(least, |least, i| least.min(i.shape.distance(segment)));
+                    least = there.fold(least, |least, i| least.min(i.shape.distance(round, least)));
                 }
             }
         }
         // a mesh is hollow: what crosses its skin nowhere lies in it as a whole or not at all
-        if least > 0.0 && self.holds(segment.a) {
+        if least > 0.0 && self.holds(round.line.a) {
             return 0.0;
         }
         least
@@ -201,39 +202,22 @@ impl Shape {
         }
     }
 
-    fn distance(&self, segment: &Segment) -> f64 {
+    /// The distance of something round, mm, where it is less than `most`; else no less than `most`.
+    fn distance(&self, round: &Round, most: f64) -> f64 {
         match self {
             Shape::Rod(Rod {
                 ends: [a, b],
                 radius,
-            }) => between(segment, &Segment { a: *a, b: *b }) - radius,
-            Shape::Triangle(corners) => to_triangle(segment, corners),
+            }) => {
+                let line = Segment { a: *a, b: *b };
+                match round.at_least_to_segment(&line) - radius {
+                    far if far >= most => far,
+                    _ => round.to_segment(&line) - radius,
+                }
+            }
+            Shape::Triangle(corners) => round.to_face(corners, most),
         }
     }
-}
-
-/// The distance of a segment from a triangle, mm: it is nearest at a side of the triangle or at an end of its own, or goes through.
-fn to_triangle(segment: &Segment, corners: &[DVec3; 3]) -> f64 {
-    let [a, b, c] = *corners;
-    let sides = [(a, b), (b, c), (c, a)];
-    let least = sides.map(|(a, b)| between(segment, &Segment { a, b }));
-    let least = least.into_iter().fold(f64::INFINITY, f64::min);
-    let normal = (b - a).cross(c - a).normalize_or_zero();
-    if normal == DVec3::ZERO {
-        return least;
-    }
-    let over = |p: DVec3| {
-        sides
-            .iter()
-            .all(|(a, b)| (*b - *a).cross(p - *a).dot(normal) >= 0.0)
-    };
-    let [from, to] = [segment.a, segment.b].map(|p| (p - a).dot(normal));
-    if from * to < 0.0 && over(segment.a.lerp(segment.b, from / (from - to))) {
-        return 0.0;
-    }
-    let ends = [(segment.a, from), (segment.b, to)];
-    let ends = ends.into_iter().filter(|(p, _)| over(*p));
-    ends.fold(least, |least, (_, height)| least.min(height.abs()))
 }
 
 #[cfg(test)]
@@ -241,6 +225,7 @@ mod tests {
     use meltpath_geometry::shapes::cuboid;
     use meltpath_numerics::random::Random;
 
+    use super::super::round::Ends;
     use super::*;
 
     fn segment(random: &mut Random) -> Segment {
@@ -250,6 +235,14 @@ mod tests {
         Segment {
             a,
             b: a.lerp(b, random.between(0.0, 1.0)),
+        }
+    }
+
+    fn thin(line: Segment) -> Round {
+        Round {
+            line,
+            radius: 0.0,
+            ends: Ends::Round,
         }
     }
 
@@ -277,12 +270,13 @@ mod tests {
             let wanted = there
                 .map(|(_, rod)| to_rod(rod))
                 .fold(Bounds { low, high }.to_segment(&segment), f64::min);
-            let found = solids.distance(&segment, time, 1e9);
+            let thin = thin(segment);
+            let found = solids.distance(&thin, time, 1e9);
             // where a segment lies in the box, how deep it lies in a rod is not looked for
             let same = (found.max(0.0) - wanted.max(0.0)).abs();
             assert!(same < 1e-5, "{found} for {wanted} at {time}");
             let half = 0.5 * wanted;
-            assert!(half <= 0.0 || solids.distance(&segment, time, half) >= half);
+            assert!(half <= 0.0 || solids.distance(&thin, time, half) >= half);
         }
     }
 
@@ -290,6 +284,6 @@ mod tests {
     fn nothing_is_as_far_as_is_asked_for() {
         let mut random = Random::new(1);
         let none = Solids::new(&[], []);
-        assert_eq!(none.distance(&segment(&mut random), 9, 7.0), 7.0);
+        assert_eq!(none.distance(&thin(segment(&mut random)), 9, 7.0), 7.0);
     }
 }

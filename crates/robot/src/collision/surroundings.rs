@@ -3,10 +3,10 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::bodies::Capsule;
 use super::distance::{Bounds, Segment};
 use super::metal::Metal;
 use super::pairs::Pairs;
+use super::round::Round;
 use crate::cell::{Arrangement, Cell, Shapes};
 
 /// What stands around a program while it is executed.
@@ -65,10 +65,10 @@ pub(super) fn table(cell: &Cell, around: &Surroundings<'_>) -> Option<(Pose, Bou
 }
 
 /// The distance of a body from the table, mm.
-pub(super) fn to_table((table_from_part, bounds): &(Pose, Bounds), capsule: &Capsule) -> f64 {
+pub(super) fn to_table((table_from_part, bounds): &(Pose, Bounds), round: &Round) -> f64 {
     let line = Segment {
-        a: table_from_part.point(capsule.line.a),
-        b: table_from_part.point(capsule.line.b),
+        a: table_from_part.point(round.line.a),
+        b: table_from_part.point(round.line.b),
     };
-    bounds.to_segment(&line) - capsule.radius
+    round.along(line).to_box(*bounds, f64::INFINITY)
 }

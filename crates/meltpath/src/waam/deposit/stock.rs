@@ -55,7 +55,10 @@ pub(in crate::waam) fn stock(
     let side = |n: i32, of: i32| f64::from(n / of % 3 - 1);
     let all =
         (0..27).filter_map(|n| DVec3::new(side(n, 1), side(n, 3), side(n, 9)).try_normalize());
-    -all.chain([-point.normal])
+    // behind the surface first, where metal is nearest as a rule: in the other directions it is then looked for no farther
+    let first = -point.normal;
+    -std::iter::once(first)
+        .chain(all)
         .fold(reach, |least, d| along(d, least))
 }
 
