@@ -2,6 +2,7 @@
 
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
 
 /// Points at which stock is measured, at most about so many.
 const MOST_POINTS: f64 = 2e5;
@@ -41,6 +42,16 @@ pub(in crate::waam) fn stock(
     step: f64,
     reach: f64,
 ) -> f64 {
+    stock_below(point, solid, (step, reach), f64::INFINITY)
+}
+
+/// The same where it is less than `below`; else no less than `below`.
+fn stock_below(
+    point: &SurfacePoint,
+    solid: impl Fn(DVec3) -> bool,
+    (step, reach): (f64, f64),
+    below: f64,
+) -> f64 {
     let bare = !solid(point.position);
     let along = |direction: DVec3, reach: f64| {
         let mut far = 0.0;
@@ -50,16 +61,48 @@ pub(in crate::waam) fn stock(
         far
     };
     if !bare {
-        return along(point.normal, reach);
+        return along(point.normal, reach.min(below));
     }
-    let side = |n: i32, of: i32| f64::from(n / of % 3 - 1);
-    let all =
-        (0..27).filter_map(|n| DVec3::new(side(n, 1), side(n, 3), side(n, 9)).try_normalize());
     // behind the surface first, where metal is nearest as a rule: in the other directions it is then looked for no farther
-    let first = -point.normal;
-    -std::iter::once(first)
-        .chain(all)
-        .fold(reach, |least, d| along(d, least))
+    let mut missing = along(-point.normal, reach);
+    let side = |n: i32, of: i32| f64::from(n / of % 3 - 1);
+    for n in 0..27 {
+        if -missing >= below {
+            break;
+        }
+        if let Some(direction) = DVec3::new(side(n, 1), side(n, 3), side(n, 9)).try_normalize() {
+            missing = along(direction, missing);
+        }
+    }
+    -missing
+}
+
+/// Points of a surface that are looked at together.
+const TOGETHER: usize = 2048;
+
+/// The least stock over points that look sideways and over those that look up, and the first point of each where it is so small.
+pub(in crate::waam) fn least(
+    points: &[SurfacePoint],
+    solid: impl Fn(DVec3) -> bool + Sync,
+    step: f64,
+    reach: f64,
+) -> [Option<(f64, SurfacePoint)>; 2] {
+    let mut least: [Option<(f64, SurfacePoint)>; 2] = [None; 2];
+    for points in points.chunks(TOGETHER) {
+        // what is no less than before need not be known exactly
+        let below = least.map(|l| l.map_or(f64::INFINITY, |l| l.0));
+        let of = |p: &SurfacePoint| {
+            stock_below(p, &solid, (step, reach), below[usize::from(p.looks_up())])
+        };
+        let found: Vec<f64> = points.par_iter().map(of).collect();
+        for (found, point) in found.into_iter().zip(points) {
+            let least = &mut least[usize::from(point.looks_up())];
+            if least.is_none_or(|l| found < l.0) {
+                *least = Some((found, *point));
+            }
+        }
+    }
+    least
 }
 
 /// Points all over a surface, `spacing` mm apart or farther where there would be too many: in each triangle rows along its
@@ -99,6 +142,8 @@ fn along_the_longest([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
 
 #[cfg(test)]
 mod tests {
+    use meltpath_geometry::math::DVec2;
+
     use super::*;
 
     /// However faces are cut into triangles, each place has a point near it, and there are about as many as the area asks for.
@@ -131,5 +176,26 @@ mod tests {
         // never many more than the most
         let all = points(&mesh, 1e-3).len() as f64;
         assert!((0.9..1.6).contains(&(all / MOST_POINTS)), "{all}");
+    }
+
+    /// What is left out once a lesser stock is known changes nothing: the least is that of every point by itself, and the first of its kind.
+    #[test]
+    fn the_least_stock_is_that_of_every_point() {
+        let mesh = meltpath_geometry::shapes::cuboid(DVec3::ZERO, DVec3::new(40.0, 30.0, 10.0));
+        let points_at = points(&mesh, 0.25);
+        for (hole, thin) in [(6.0, 3.0), (0.0, 1.0), (6.0, -1.0), (80.0, 2.0)] {
+            let solid = |p: DVec3| {
+                let round = (p.truncate() - DVec2::new(25.0, 15.0)).length() > hole;
+                let off = (p - DVec3::new(20.0, 15.0, 5.0)).abs() - DVec3::new(20.0, 15.0, 5.0);
+                round && off.max_element() < thin + 0.01 * p.x
+            };
+            let all = points_at.iter().map(|p| (stock(p, solid, 0.2, 9.0), *p));
+            let wanted = |up: bool| {
+                let of_kind = all.clone().filter(|(_, p)| p.looks_up() == up);
+                of_kind.min_by(|a, b| a.0.total_cmp(&b.0))
+            };
+            let found = least(&points_at, solid, 0.2, 9.0);
+            assert_eq!(found, [wanted(false), wanted(true)], "{hole} {thin}");
+        }
     }
 }

@@ -15,7 +15,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use rayon::prelude::*;
 
-use super::stock::{SurfacePoint, points, reach, stock};
+use super::stock::{self, SurfacePoint, points, reach};
 use crate::stages::part::Part;
 
 /// Metal beyond the finished part, for machining.
@@ -281,16 +281,9 @@ fn row(map: &HeightMap, target: &Target, iy: usize) -> ColumnSums {
 /// that look sideways.
 fn least_stock(map: &HeightMap, target: &Target) -> [Option<(f64, SurfacePoint)>; 2] {
     let reach = reach(target.allowance.side.max(target.allowance.top));
-    let step = 0.25 * map.cell;
     let solid = |p: DVec3| p.z <= map.height(p.truncate());
-    let of = |p: &SurfacePoint| stock(p, solid, step, reach);
-    let all: Vec<f64> = target.surface.par_iter().map(of).collect();
-    let least = |up: bool| {
-        let all = all.iter().copied().zip(target.surface.iter().copied());
-        all.filter(|(_, p)| p.looks_up() == up)
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    [least(true), least(false)]
+    let [aside, up] = stock::least(&target.surface, solid, 0.25 * map.cell, reach);
+    [up, aside]
 }
 
 /// Those that can be machined, higher than `least`: not the base, not faces that rest on the plate or hang over, whose stock a height map
