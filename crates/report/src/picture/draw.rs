@@ -124,28 +124,34 @@ impl Drawing {
             let (low, high) = (of(a).min(of(b)).min(of(c)), of(a).max(of(b)).max(of(c)));
             (low.max(0.0) as usize)..((high + 1.0).clamp(0.0, size as f64) as usize)
         };
+        // shares of the corners and the depth are linear in the picture: slopes along x and y, and what they are at its corner
+        let share = |p: DVec3, q: DVec3| {
+            let side = (q - p).truncate() / area;
+            [-side.y, side.x, side.y * p.x - side.x * p.y]
+        };
+        let shares = [share(b, c), share(c, a), share(a, b)];
+        let depth: [f64; 3] =
+            std::array::from_fn(|k| shares[0][k] * a.z + shares[1][k] * b.z + shares[2][k] * c.z);
         let (columns, rows) = (span(|p| p.x, self.size[0]), span(|p| p.y, self.size[1]));
         for y in rows {
-            let share = |x: usize, p: DVec3, q: DVec3| {
-                let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                (q - p).truncate().perp_dot(at - p.truncate()) / area
-            };
-            // along a row each share is linear: no pixel lies in the triangle before or behind where it is none
+            let in_row = |[_, slope, first]: [f64; 3]| slope * (y as f64 + 0.5) + first;
+            let begins = shares.map(in_row);
+            // no pixel lies in the triangle before or behind where a share is none
             let mut within = columns.clone();
-            for (p, q) in [(b, c), (c, a), (a, b)] {
-                let first = share(0, p, q);
-                let slope = share(1, p, q) - first;
-                let none = (-first / slope).clamp(-1e6, 1e6);
-                if slope > 0.0 {
-                    within.start = within.start.max((none - 1.0).max(0.0) as usize);
-                } else if slope < 0.0 {
+            for ([slope, ..], begin) in shares.iter().zip(begins) {
+                let none = (-begin / slope).clamp(-1e6, 1e6);
+                if *slope > 0.0 {
+                    within.start = within.start.max((none - 2.0).max(0.0) as usize);
+                } else if *slope < 0.0 {
                     within.end = within.end.min((none + 2.0).max(0.0) as usize);
                 }
             }
+            let far = in_row(depth);
             for x in within {
-                let (of_a, of_b, of_c) = (share(x, b, c), share(x, c, a), share(x, a, b));
-                if of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 {
-                    self.put(x, y, of_a * a.z + of_b * b.z + of_c * c.z, colour);
+                let at = x as f64 + 0.5;
+                let inside = |k: usize| shares[k][0] * at + begins[k] >= 0.0;
+                if inside(0) && inside(1) && inside(2) {
+                    self.put(x, y, depth[0] * at + far, colour);
                 }
             }
         }
