@@ -1,6 +1,6 @@
 """Reads what a run wrote with other software, and checks that the files agree with each other.
 
-Usage: readback.py RUN_FOLDER    Exit code 1 when something does not hold. Installs nothing: ci/setup.sh does.
+Usage: readback.py RUN_FOLDER [RUN_FOLDER …]    Exit code 1 when something does not hold. Installs nothing: ci/setup.sh does.
 ParaView files by VTK's own readers, CSV by pandas, Parquet by pyarrow, STL by meshio and VTK, 3MF toolpaths by xmlschema against the 3MF Consortium's
 schemas (ci/schema).
 """
@@ -211,11 +211,7 @@ def check_json(folder):
             expect(str(data.get("schema", "")).startswith(schema), f"{path}: schema {data.get('schema')!r}")
 
 
-def main(arguments):
-    if len(arguments) != 1:
-        print(__doc__)
-        return 2
-    folder = pathlib.Path(arguments[0])
+def check(folder):
     print(folder)
     files = sorted(p for p in folder.rglob("*") if p.suffix in READERS)
     tables = [*folder.rglob("*.csv"), *folder.rglob("*.parquet")]
@@ -233,6 +229,14 @@ def main(arguments):
     for path in sorted(folder.rglob("*.build.3mf")):
         check_toolpath(path)
     check_json(folder)
+
+
+def main(arguments):
+    if not arguments:
+        print(__doc__)
+        return 2
+    for folder in arguments:
+        check(pathlib.Path(folder))
     for problem in problems:
         print(f"FAILED {problem}")
     return 1 if problems else 0

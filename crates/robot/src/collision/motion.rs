@@ -7,6 +7,7 @@
 use meltpath_geometry::math::DVec3;
 
 use super::bodies::{Bar, Body};
+use super::round::BESIDE;
 use crate::cell::{AXES, Arrangement, Cell, Values};
 use crate::posture::Stretch;
 
@@ -65,7 +66,9 @@ impl Reach {
         let offsets = joints.chain([arm.last_from_end.position]);
         let offsets: Vec<f64> = offsets.map(DVec3::length).collect();
         let held = match cell.arrangement {
-            Arrangement::TorchOnRobot => cell.carrier_from_torch.position.length() + nozzle_radius,
+            Arrangement::TorchOnRobot => {
+                cell.carrier_from_torch.position.length() + BESIDE * nozzle_radius
+            }
             Arrangement::PartOnRobot => cell.carrier_from_part.position.length(),
         };
         // from a joint to the end of a link, and to what the flange holds
@@ -75,7 +78,11 @@ impl Reach {
         };
         let count = arm.joints.len();
         let link = |n: usize| {
-            let aside = if n == count { flange_radius } else { 0.0 };
+            let aside = if n == count {
+                BESIDE * flange_radius
+            } else {
+                0.0
+            };
             Levers((0..n).map(|j| (Axis::Arm(j), lever(j, n, aside))).collect())
         };
         let held_at = Levers(
@@ -132,7 +139,7 @@ impl Reach {
         let in_part = before.iter().zip(now).map(|(b, n)| {
             let bend = match stretch.tip_bend() {
                 Some(tip) if of_torch(b.body) => {
-                    let lever = b.in_part.farthest_from(from.tip.position);
+                    let lever = b.in_part.lever_about(from.tip.position);
                     tip + lever * turn * turn / 8.0
                 }
                 _ => self.levers(b.body, true).bend(&steps, stretch.bend),

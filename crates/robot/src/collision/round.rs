@@ -7,6 +7,10 @@ use super::distance::{Bounds, Segment, between, least_along};
 /// How far below something sides of a box are looked at that lie at infinity, mm.
 const DEEP: f64 = 100.0;
 
+/// How much a radius counts where something round with flat ends turns: followed without its turn about its line, a point beside the line
+/// bends by that of the line and by that of its direction, each a radius at most.
+pub(super) const BESIDE: f64 = 2.0;
+
 /// How what is round ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
@@ -44,11 +48,12 @@ impl Round {
         self.line.gone(&to.line) + beside
     }
 
-    /// How far a point of it lies from another point at most, mm.
-    pub(super) fn farthest_from(&self, p: DVec3) -> f64 {
+    /// The lever about a point with which it bends away from its chord where it turns, mm: of its line, and beside that of what lies around
+    /// flat ends.
+    pub(super) fn lever_about(&self, p: DVec3) -> f64 {
         let beside = match self.ends {
             Ends::Round => 0.0,
-            Ends::Flat => self.radius,
+            Ends::Flat => BESIDE * self.radius,
         };
         self.line.a.distance(p).max(self.line.b.distance(p)) + beside
     }
