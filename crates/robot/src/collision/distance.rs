@@ -62,7 +62,8 @@ impl Bounds {
     }
 }
 
-/// The least of a convex function between zero and one, by sections.
+/// The least of a convex function between zero and one, by sections: that of the points which are looked at, so that zero on a stretch is zero,
+/// where the middle of what is left in the end may lie beside it.
 pub(super) fn least_along(at: impl Fn(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let (mut low, mut high) = (0.0, 1.0);

@@ -7,7 +7,6 @@
 use meltpath_geometry::math::DVec3;
 
 use super::bodies::{Bar, Body};
-use super::round::BESIDE;
 use crate::cell::{AXES, Arrangement, Cell, Values};
 use crate::posture::Stretch;
 
@@ -59,16 +58,14 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// Of bodies that reach so far beside the nozzle's axis and beside the flange's, mm.
-    pub(super) fn of(cell: &Cell, [nozzle_radius, flange_radius]: [f64; 2]) -> Self {
+    /// Of bodies with levers so far beside the nozzle's axis, or from its torch, and beside the flange's, mm.
+    pub(super) fn of(cell: &Cell, [beside_nozzle, beside_flange]: [f64; 2]) -> Self {
         let arm = &cell.arm.chain;
         let joints = arm.joints.iter().map(|j| j.parent_from_joint.position);
         let offsets = joints.chain([arm.last_from_end.position]);
         let offsets: Vec<f64> = offsets.map(DVec3::length).collect();
         let held = match cell.arrangement {
-            Arrangement::TorchOnRobot => {
-                cell.carrier_from_torch.position.length() + BESIDE * nozzle_radius
-            }
+            Arrangement::TorchOnRobot => cell.carrier_from_torch.position.length() + beside_nozzle,
             Arrangement::PartOnRobot => cell.carrier_from_part.position.length(),
         };
         // from a joint to the end of a link, and to what the flange holds
@@ -78,11 +75,7 @@ impl Reach {
         };
         let count = arm.joints.len();
         let link = |n: usize| {
-            let aside = if n == count {
-                BESIDE * flange_radius
-            } else {
-                0.0
-            };
+            let aside = if n == count { beside_flange } else { 0.0 };
             Levers((0..n).map(|j| (Axis::Arm(j), lever(j, n, aside))).collect())
         };
         let held_at = Levers(

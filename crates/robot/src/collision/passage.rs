@@ -12,6 +12,7 @@ use super::metal::Metal;
 use super::motion::{BodiesGone, Gone, Reach};
 use super::pairs::Pairs;
 use super::rooms::Rooms;
+use super::round::BESIDE;
 use super::surroundings::{Surroundings, foot, table, to_table};
 use crate::cell::{Cell, Shapes, Values};
 use crate::posture::{Follower, Held, NotHeld, Place, Stretch, Task};
@@ -83,7 +84,10 @@ pub(super) fn pass(
         cell: task.cell,
         shapes: around.shapes,
         pairs: around.pairs,
-        reach: Reach::of(task.cell, [around.shapes.nozzle[1], around.shapes.links[5]]),
+        reach: Reach::of(
+            task.cell,
+            [around.shapes.nozzle[1], around.shapes.links[5]].map(|radius| BESIDE * radius),
+        ),
         table: table(task.cell, around),
         foot: foot(task.cell, around),
     };

@@ -39,23 +39,24 @@ impl Round {
         (self.line.a - self.line.b).normalize_or_zero()
     }
 
+    /// How far beside its line what turns with it lies, mm: a ball stays as it is.
+    fn beside(&self) -> f64 {
+        match self.ends {
+            Ends::Round => 0.0,
+            Ends::Flat => self.radius,
+        }
+    }
+
     /// How far its points go at most from one place to another, straight, mm. It may turn about its line: that moves nothing of it.
     pub(super) fn gone(&self, to: &Round) -> f64 {
-        let beside = match self.ends {
-            Ends::Round => 0.0,
-            Ends::Flat => self.radius * self.ahead().distance(to.ahead()),
-        };
-        self.line.gone(&to.line) + beside
+        let turned = self.ahead().distance(to.ahead());
+        self.line.gone(&to.line) + self.beside() * turned
     }
 
     /// The lever about a point with which it bends away from its chord where it turns, mm: of its line, and beside that of what lies around
     /// flat ends.
     pub(super) fn lever_about(&self, p: DVec3) -> f64 {
-        let beside = match self.ends {
-            Ends::Round => 0.0,
-            Ends::Flat => BESIDE * self.radius,
-        };
-        self.line.a.distance(p).max(self.line.b.distance(p)) + beside
+        self.line.a.distance(p).max(self.line.b.distance(p)) + BESIDE * self.beside()
     }
 
     /// The distance of a point, mm; below zero inside, by how deep it lies.
@@ -205,10 +206,7 @@ impl Round {
             return least;
         }
         // else it is nearest within the face, and there foremost
-        let radius = match self.ends {
-            Ends::Round => self.radius,
-            Ends::Flat => 0.0,
-        };
+        let radius = self.radius - self.beside();
         let [up, down] = [normal, -normal].map(|n| self.foremost(n));
         let [over, under] = [up, down].map(|p| (p - a).dot(normal));
         let (foot, height) = if under >= 0.0 {
