@@ -279,6 +279,7 @@ fn response(records: &Records, beads: &[Recorded]) -> Option<Response> {
         feed: line(|b| b.steady.feed)?,
         voltage: line(|b| Some(b.steady.voltage))?,
         current: line(|b| Some(b.steady.current))?,
+        power: line(|b| Some(b.steady.power))?,
         of: of.clone(),
     })
 }

@@ -1,5 +1,6 @@
 //! Numbers that several rooms need: dense matrices and what is computed of them, linear and nonlinear least squares, seeded
-//! random numbers, search by a swarm, moving averages, halving, golden section.
+//! random numbers, search by a swarm, moving averages, halving, golden section, loops in vector
+//! registers.
 //!
 //! Units are the caller's. The same bits come out on every machine and on any number of threads.
 
@@ -12,6 +13,7 @@ pub mod moving_average;
 pub mod random;
 pub mod student;
 pub mod swarm;
+pub mod vector;
 
 pub use matrix::{ComplexMatrix, Matrix, Scalar};
 pub use num_complex::Complex64;

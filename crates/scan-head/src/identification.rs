@@ -1,5 +1,6 @@
 //! The motor behind a record: resistance, inductance, inertia, friction, modes.
 
+mod abreast;
 mod begins;
 mod channels;
 mod drive;

@@ -33,12 +33,12 @@ use meltpath_base::Cancelled;
 use crate::grid::{Field, Grid, GridError};
 use crate::material::Material;
 use crate::material::enthalpy::{CurveError, Enthalpy, Formulas};
-use crate::numeric::vector;
 use crate::solver::ledger::Ledger;
 use crate::solver::steam::BeforeVapour;
 use crate::solver::surface::{Losses, Surface};
 use crate::solver::watch::{Freezing, Watched};
 use crate::solver::{Face, State};
+use meltpath_numerics::vector;
 use tile::{FOLLOWED, Liquidus, N, PLANE, Shown, Tile};
 use tree::Tree;
 

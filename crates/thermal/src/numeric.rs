@@ -1,5 +1,4 @@
-//! What the cell loops run on: two precisions, the widest vector registers, an exponential that fits them.
+//! What the cell loops run on: two precisions, an exponential that fits vector registers.
 
 pub(crate) mod fast_exp;
 pub mod real;
-pub mod vector;

@@ -317,11 +317,10 @@ impl<'a> Deposition<'a> {
         };
         let ends = self.pool.length();
         record.close(ends, self.settings.accumulation, self.bead.width);
+        let overhang = self.overhang.take();
+        record.hanging = overhang.as_ref().map_or(0.0, |o| o.length);
         // less than half a bead is an end that reaches over an edge
-        let overhang = self
-            .overhang
-            .take()
-            .filter(|o| o.length > 0.5 * self.bead.width);
+        let overhang = overhang.filter(|o| o.length > 0.5 * self.bead.width);
         if let (Some(o), Some(reporter)) = (overhang, self.reporter) {
             let mut place = Place::at(o.position.extend(self.map.height(o.position)).to_array());
             place.layer = Some(record.layer);

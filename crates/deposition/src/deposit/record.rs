@@ -134,6 +134,8 @@ pub struct LayerRecord {
     pub arc_time: f64,
     /// Length of beads, mm.
     pub length: f64,
+    /// Length of beads of which more than a quarter of the width hangs out over what lies below, mm.
+    pub hanging: f64,
     /// Height of the crests, mm, over the middle of the beads (starts and ends excluded).
     pub crest: Option<Spread>,
     /// Thickness of the beads on their axis, mm, likewise.
@@ -161,6 +163,7 @@ impl LayerRecord {
             volume: 0.0,
             arc_time: 0.0,
             length: 0.0,
+            hanging: 0.0,
             crest: None,
             thickness: None,
             ctwd: None,

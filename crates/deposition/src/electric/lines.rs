@@ -19,6 +19,17 @@ quantity!(
     [("A/mm", 1.0)]
 );
 
+quantity!(
+    /// The power of an arc, W inside.
+    ArcPower, "power", "W",
+    [("W", 1.0), ("kW", 1e3)]
+);
+quantity!(
+    /// A power per length, W/mm inside.
+    PowerSlope, "power per length", "W/mm",
+    [("W/mm", 1.0)]
+);
+
 table! {
     /// Wire feed, voltage and current over the contact tube distance, as they were measured at one wire feed that was set.
     pub struct MeasuredLines {
@@ -38,6 +49,10 @@ table! {
         current: Datum<Current> where positive => required;
         /// Its change per mm of distance.
         current_slope: Datum<CurrentSlope> => required;
+        /// Mean there of the products of voltage and current, sample by sample.
+        power: Datum<ArcPower> where positive => none("the product of both means: too low where the arc is pulsed");
+        /// Its change per mm of distance.
+        power_slope: Datum<PowerSlope> => none("the power does not change");
         /// Least distance that was measured.
         least: Datum<Length> where positive => required;
         /// Greatest distance that was measured.
@@ -67,6 +82,8 @@ pub struct Lines {
     pub voltage: Line,
     /// Current.
     pub current: Line,
+    /// Mean of the products of voltage and current, W, where it was measured.
+    pub power: Option<Line>,
     /// Least and greatest distance that was measured.
     pub measured: [f64; 2],
 }
@@ -81,12 +98,22 @@ impl MeasuredLines {
             feed: line(self.feed.0, self.feed_slope.0 * M_PER_MIN),
             voltage: line(self.voltage.0, self.voltage_slope.0),
             current: line(self.current.0, self.current_slope.0),
+            power: self.power.as_ref().map(|power| {
+                let slope = self.power_slope.as_ref().map_or(0.0, |slope| slope.0);
+                line(power.0, slope)
+            }),
             measured: [self.least.0, self.greatest.0],
         }
     }
 
     /// Distances out of order.
     pub(crate) fn check(&self) -> Option<Problem> {
+        if self.power_slope.is_some() && self.power.is_none() {
+            return Some(
+                self.power_slope
+                    .problem("a change of the power says nothing without the power"),
+            );
+        }
         let message = "the greatest distance measured must be above the least";
         (self.greatest.0 <= self.least.0).then(|| self.greatest.problem(message))
     }
@@ -101,8 +128,8 @@ impl Lines {
         line.value + line.slope * (distance - self.reference)
     }
 
-    /// Electric energy per volume of wire at a distance, J/mm³: the product of mean voltage and mean current, over the feed that was
-    /// measured. Rouchon 2022, equation 2.16.
+    /// Electric energy per volume of wire at a distance, J/mm³: the mean power over the feed that was measured; the product of mean
+    /// voltage and mean current where the power was not. Rouchon 2022, equation 2.16.
     ///
     /// ```
     /// use meltpath_deposition::process_map::ProcessMap;
@@ -113,7 +140,8 @@ impl Lines {
     pub fn energy(&self, distance: f64, wire_section: f64) -> f64 {
         let [feed, voltage, current] =
             [self.feed, self.voltage, self.current].map(|line| self.at(line, distance));
-        energy::per_volume(voltage * current, wire_section, feed)
+        let power = self.power.map(|line| self.at(line, distance));
+        energy::per_volume(power.unwrap_or(voltage * current), wire_section, feed)
     }
 
     /// The distance, mm, that a voltage tells; `None` where the voltage does not change with it. After the ignition only.
@@ -148,6 +176,16 @@ mod tests {
         assert!((change(lines.voltage) + 8.89).abs() < 0.01);
         assert!((change(lines.current) - 7.89).abs() < 0.01);
         assert!((lines.energy(5.47, map.wire_section) - 29.2).abs() < 0.1);
+        // the mean power, where it was measured, is not the product of both means
+        let pulsed = super::Lines {
+            power: Some(super::Line {
+                value: 4000.0,
+                slope: 10.0,
+            }),
+            ..lines
+        };
+        let per_volume = 3900.0 / (pulsed.at(pulsed.feed, 5.0) * map.wire_section);
+        assert!((pulsed.energy(5.0, map.wire_section) / per_volume - 1.0).abs() < 1e-12);
         assert!(lines.covers(5.0) && !lines.covers(4.9) && lines.of_feed(8000.0 / 60.0));
         assert!(!lines.of_feed(8.5 * 1000.0 / 60.0));
     }

@@ -39,7 +39,7 @@ meltpath_base::passes_on! {
         },
         /// A run without a judge, and no table.
         #[error(
-            "{} has nothing to compare its charts with: no {VOXELS_REFERENCE}; run its job with [judge] solver = \"reference\", or give a table",
+            "{} has nothing to compare its charts with: no {VOXELS_REFERENCE}; a run of an electron beam has it with [judge] solver = \"reference\" in its job; metal of wire-arc is compared by hand, its as-built.stl over a scan; or give a table",
             .path.display()
         )]
         NoJudge {

@@ -105,7 +105,7 @@ impl Recorded {
     }
 }
 
-/// How feed, voltage and current follow the contact tube distance at one feed that was set.
+/// How feed, voltage, current and power follow the contact tube distance at one feed that was set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// The wire feed that was set, mm/s.
@@ -120,6 +120,8 @@ pub struct Response {
     pub voltage: Fitted,
     /// Current, A.
     pub current: Fitted,
+    /// Mean of the products of both, W.
+    pub power: Fitted,
     /// Which records it is of.
     pub of: Vec<usize>,
 }

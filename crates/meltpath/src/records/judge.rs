@@ -370,7 +370,7 @@ fn distance(records: &Records, beads: &[Recorded]) -> Check {
     check(TEXTS, found, Limit::AtMost(DISTANCE), [otherwise, remedy])
 }
 
-/// Whether feed, voltage and current follow straight lines.
+/// Whether feed, voltage, current and power follow straight lines.
 fn straight(beads: &[Recorded], response: Option<&Response>) -> Check {
     const ID: &str = "straight";
     const TITLE: &str = "most that a mean is off its line over the distance";
@@ -381,18 +381,23 @@ fn straight(beads: &[Recorded], response: Option<&Response>) -> Check {
             "two points are always on a line: it takes three records at several distances",
         );
     };
-    let lines = [response.feed, response.voltage, response.current];
+    let lines = [
+        response.feed,
+        response.voltage,
+        response.current,
+        response.power,
+    ];
     let off = lines.map(|line| 100.0 * line.off / line.value[0].abs());
-    let names = ["wire feed", "voltage", "current"];
+    let names = ["wire feed", "voltage", "current", "power"];
     let mut worst = 0;
-    for k in 1..3 {
+    for k in 1..lines.len() {
         if off[k] > off[worst] {
             worst = k;
         }
     }
     let scatter = |k: &usize| {
         let s = &beads[*k].steady;
-        [s.feed.unwrap_or_default(), s.voltage, s.current][worst].scatter
+        [s.feed.unwrap_or_default(), s.voltage, s.current, s.power][worst].scatter
     };
     let scatter = response.of.iter().map(scatter).fold(0.0, f64::max);
     let sigma = 100.0 * scatter / lines[worst].value[0].abs();

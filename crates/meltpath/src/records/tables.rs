@@ -114,7 +114,7 @@ pub(super) fn source(
     text += &ends;
     let _ = write!(
         text,
-        "\n[electric]\nprogrammed = {}\nreference = {}\nfeed = {}\nfeed_slope = {}\nvoltage = {}\nvoltage_slope = {}\ncurrent = {}\ncurrent_slope = {}\n{ends}",
+        "\n[electric]\nprogrammed = {}\nreference = {}\nfeed = {}\nfeed_slope = {}\nvoltage = {}\nvoltage_slope = {}\ncurrent = {}\ncurrent_slope = {}\npower = {}\npower_slope = {}\n{ends}",
         number(PER_MINUTE * response.programmed, "m/min"),
         of([response.reference, known], "mm", ""),
         of(response.feed.value.map(|v| PER_MINUTE * v), "m/min", ""),
@@ -123,6 +123,12 @@ pub(super) fn source(
         of(response.voltage.slope, "V/mm", ""),
         of(response.current.value, "A", ""),
         of(response.current.slope, "A/mm", ""),
+        of(
+            response.power.value,
+            "W",
+            "mean of the products of voltage and current"
+        ),
+        of(response.power.slope, "W/mm", ""),
     );
     Ok(text)
 }

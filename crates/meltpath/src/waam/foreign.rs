@@ -1,14 +1,13 @@
 //! A program that other software wrote: read, executed, simulated, and judged as far as every line of it was simulated.
 
 mod doubts;
+mod levels;
 mod stands;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Fact, Observer, Reporter, Verdict};
-use meltpath_geometry::arc::Arc;
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_programs::Program;
 use meltpath_robot::command::{Kind, Source};
@@ -45,15 +44,14 @@ use crate::waam::judge::checks::{
 };
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::facts::{build_facts, times};
+use crate::waam::judge::feet;
 use crate::waam::plan::other_job;
 use crate::waam::plan::own::{Own, own_plan};
 use crate::waam::plan::planned::read_back;
 use crate::waam::program::{files, toolpath_file};
 use doubts::{doubts, far_from_plate};
+use levels::{along, levels};
 use stands::Stands;
-
-/// Layers that begin nearer to each other end at the same height, mm.
-const SAME_HEIGHT: f64 = 0.5;
 
 /// Simulates a program, the main program of a folder, or a 3MF toolpath, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
 /// names one, and a program of a plan of that job as the plan, with what it chose. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
@@ -193,6 +191,7 @@ impl Seen<'_> {
         // of a plan of the job's own too: what is laid is what the program says
         if self.job.is_some() {
             checks.extend(range_check(programmed(commands, settings), settings));
+            checks.extend(feet::check(commands, settings));
         }
         checks.push(doubt::lines_check(&commands.gaps, reporter));
         let of_arm = arm_checks(along, (parsed, commands), settings).into_iter();
@@ -226,8 +225,9 @@ impl Seen<'_> {
         }
         let mut doubts = doubts(self.job, commands, settings);
         if self.own.is_none() {
-            // a program of the job's plan lies where that does, wherever it begins
+            // a program of the job's plan lies where that does, wherever it begins, and its layers were looked at with the plan
             doubts.extend(far_from_plate(commands, settings));
+            doubts.extend(doubt::of_hanging(&self.simulation.layers));
         }
         doubts.extend(self.stands.doubt());
         doubts.extend(leaning.doubts());
@@ -341,7 +341,8 @@ fn ground(
 ) -> Result<(HeightMap, Vec<PlannedLayer>), WaamError> {
     let Some(plan) = plan else {
         let map = plan::plate(laid(commands).into_iter(), settings)?;
-        return Ok((map, levels(commands, settings)));
+        let layers = levels(commands, &map, settings).map_err(PlanStageError::Planar)?;
+        return Ok((map, layers));
     };
     let map = plan.plate(settings)?;
     let layers = plan.planned_layers(&map, settings);
@@ -420,9 +421,6 @@ fn of_own_frame(commands: &Commands) -> Vec<Doubt> {
     doubt.into_iter().collect()
 }
 
-/// Straight pieces that stand for an arc where its box is looked for: they miss a thousandth of its radius.
-const ARC_PIECES: u32 = 64;
-
 /// Corners round the places where metal is laid: the beads from their starts on, arcs with their bulge, as far as the torch swings
 /// about them, mm; of a program without arc round all its places.
 fn laid(commands: &Commands) -> Vec<DVec2> {
@@ -436,14 +434,8 @@ fn laid(commands: &Commands) -> Vec<DVec2> {
             continue;
         }
         if matches!(c.source, Source::On { .. }) || !commands.lays() {
-            let arc = match c.kind {
-                Kind::Arc { via } => Arc::through(from, via, c.target),
-                _ => None,
-            };
-            let along = (1..ARC_PIECES).map(|i| f64::from(i) / f64::from(ARC_PIECES));
-            let bulge = arc.iter().flat_map(|arc| along.clone().map(|t| arc.at(t)));
-            let all = [from, c.target].into_iter().chain(bulge);
-            corners.extend(all.map(DVec3::truncate));
+            corners.push(from.truncate());
+            corners.extend(along(from, &c.kind, c.target));
         }
         from = c.target;
     }
@@ -451,38 +443,6 @@ fn laid(commands: &Commands) -> Vec<DVec2> {
         .into_iter()
         .flat_map(|p| [p - swing, p + swing])
         .collect()
-}
-
-/// The layers of a program whose plan is unknown: each ends at the next height above it where another begins.
-fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
-    let on = commands
-        .commands
-        .iter()
-        .zip(&commands.layer_of_command)
-        // travels lead to other layers
-        .filter(|(c, l)| **l > 0 && matches!(c.source, Source::On { .. }));
-    let mut bottoms = BTreeMap::<u32, f64>::new();
-    for (c, layer) in on {
-        let z = bottoms.entry(*layer).or_insert(c.target.z);
-        *z = z.min(c.target.z);
-    }
-    let mut heights: Vec<f64> = bottoms.values().copied().collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    heights.dedup_by(|b, a| *b - *a <= SAME_HEIGHT);
-    let step = match heights[..] {
-        [.., a, b] => b - a,
-        _ => settings.bead.height.value,
-    };
-    let top = |bottom: f64| {
-        let next = heights.partition_point(|z| *z <= bottom + SAME_HEIGHT);
-        heights.get(next).copied().unwrap_or(bottom + step)
-    };
-    let planned = |(layer, bottom)| PlannedLayer {
-        layer,
-        top: top(bottom),
-        ..PlannedLayer::default()
-    };
-    bottoms.into_iter().map(planned).collect()
 }
 
 /// Facts that count only where the wire is known.

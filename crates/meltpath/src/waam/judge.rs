@@ -4,6 +4,7 @@ pub(crate) mod checks;
 pub(crate) mod doubt;
 mod energy;
 pub(crate) mod facts;
+pub(crate) mod feet;
 pub(crate) mod worst;
 
 use meltpath_base::quantity::Auto;
@@ -117,6 +118,8 @@ pub struct LayerOutcome {
     pub arc_time: f64,
     /// Length of its beads, mm.
     pub length: f64,
+    /// Length of its beads of which more than a quarter of the width hangs out, mm.
+    pub hanging: f64,
     /// Number of beads.
     pub beads: u32,
 }

@@ -29,7 +29,7 @@ use crate::stages::part::Part;
 use crate::waam::deposit::simulate::PlannedLayer;
 pub use crate::waam::plan::cover::{Lean, PlanStageError};
 use crate::waam::plan::cover::{
-    covered, cut, fill, lean, no_bead, single_share, tell_closed_holes,
+    covered, cut, fill, lean, no_bead, single_share, tell_closed_holes, tell_grown_together,
 };
 use crate::waam::plan::heights::{LaidOut, cut_at, lay_out};
 use crate::waam::plan::profile::profile;
@@ -86,6 +86,7 @@ pub fn plan(
     let sections = cut(part, part_top, over.value, &middles, reporter, observer)?;
     let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
     tell_closed_holes(&sections, settings, reporter);
+    tell_grown_together(&sections, &regions, reporter);
     let shapes: Vec<Slice> = layers
         .iter()
         .zip(&regions)

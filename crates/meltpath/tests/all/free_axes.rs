@@ -127,6 +127,30 @@ fn the_table_of_a_kuka_and_an_abb_is_levelled_and_read_back() {
     }
 }
 
+/// However far out of level the table lies, near a step of the search or between two, it is levelled: all places lean alike.
+#[test]
+fn a_table_is_levelled_from_wherever_it_lies() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let file = dir.path().join("robot.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    for angle in [4, 8, 13] {
+        let lies = text.replace(
+            "angles = [\"10 deg\"",
+            &format!("angles = [\"{angle} deg\""),
+        );
+        assert_ne!(lies, text);
+        std::fs::write(&file, lies).unwrap();
+        let runs = dir.path().join(format!("runs-{angle}"));
+        let verdict = run(&job, NextIn(&runs), &Silent).unwrap().verdict;
+        let tilt = check(&verdict, "tilt");
+        assert!(
+            tilt.value.as_ref().unwrap().value < 0.7,
+            "{angle}: {tilt:?}"
+        );
+    }
+}
+
 /// A positioner whose limit is only just beyond what levels the part: it is led off its limit, and its margin counts as a joint's does.
 #[test]
 fn a_positioner_keeps_off_its_limits_and_is_judged_by_them() {

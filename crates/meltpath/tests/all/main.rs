@@ -7,6 +7,7 @@
 )]
 
 mod along_track;
+mod beside;
 mod by_joints;
 mod changing_speed;
 mod compare;

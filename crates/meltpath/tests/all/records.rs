@@ -92,6 +92,11 @@ fn waam_ac44_the_thin_wall_of_the_source() {
     assert!((0.06 * response.feed.slope[0] - 0.2067).abs() < 0.002);
     assert!((response.voltage.slope[0] - 0.1553).abs() < 0.003);
     assert!((response.current.slope[0] + 1.574).abs() < 0.05);
+    for bead in &found.beads {
+        let distance = bead.setting.distance.unwrap();
+        let power = response.power.at(distance)[0];
+        assert!((power / bead.steady.power.value - 1.0).abs() < 1e-9);
+    }
 }
 
 /// Distances in mirrored order follow lines of their own; that the feed then rises as the contact tube comes nearer tells them.

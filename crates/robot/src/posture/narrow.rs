@@ -22,6 +22,9 @@ const SHARES: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015_625];
 /// Steps of one size are taken until they gain less than this, and no more often.
 const GAIN: f64 = 1e-2;
 const ROUNDS: usize = 8;
+/// All places of a way are shifted alike where leaning is at least this share of what the way costs, and no more often.
+const LEANING: f64 = 0.5;
+const SHIFTS: usize = 16;
 /// An axis may take this share of its speed along a bead; this much more costs as much per length as [`MOTION`].
 const FAST: f64 = 0.7;
 const HASTE: f64 = 0.003;
@@ -83,6 +86,7 @@ impl Narrow<'_> {
             } else {
                 0.0
             };
+            ways = self.shifted(ways, share);
             let mut before = self.total(&ways, slack);
             for round in 0..ROUNDS {
                 if observer.cancelled() {
@@ -105,6 +109,88 @@ impl Narrow<'_> {
             }
         }
         ways
+    }
+
+    /// Ways that lean much, track and positioner shifted alike at all of them as long as that gains: the ends of windows stand, and where all
+    /// places lean alike one of them going alone gains nothing.
+    fn shifted(&self, mut ways: Vec<Held>, share: f64) -> Vec<Held> {
+        for _ in 0..SHIFTS {
+            let total = self.total(&ways, 0.0);
+            if self.leaning(&ways) < LEANING * total {
+                break;
+            }
+            let none = External([0.0; 3]);
+            let steps = self.steps(none, share);
+            let tried = steps.into_par_iter().filter(|by| *by != none);
+            let tried = tried.filter_map(|by| {
+                let shifted = self.shifted_by(&ways, by)?;
+                Some((self.total(&shifted, 0.0), shifted))
+            });
+            let tried: Vec<(f64, Vec<Held>)> = tried.collect();
+            let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+            match best.filter(|best| best.0 < (1.0 - GAIN) * total) {
+                Some((_, shifted)) => ways = shifted,
+                None => break,
+            }
+        }
+        ways
+    }
+
+    /// What leaning costs of a way's total, rad²/mm.
+    fn leaning(&self, ways: &[Held]) -> f64 {
+        let pieces = ways.par_windows(2).map(|pair| {
+            let (way, gone) = (&pair[1], pair[1].length - pair[0].length);
+            let level = cost(self.task.cell, way.joints, 0.0, 0.0);
+            (self.cost(way, 0.0) - level) * gone
+        });
+        let pieces: Vec<f64> = pieces.collect();
+        pieces.iter().sum()
+    }
+
+    /// Ways with track and positioner elsewhere by as much at each; nothing where one of them cannot go there, or touches something.
+    fn shifted_by(&self, ways: &[Held], by: External) -> Option<Vec<Held>> {
+        let task = self.task;
+        let shifted = ways.par_iter().enumerate().map(|(i, way)| {
+            let external = External(std::array::from_fn(|k| way.choice.external.0[k] + by.0[k]));
+            let is_within = (0..3).all(|k| {
+                let room = task.cell.external_room(k);
+                room.is_none_or(|[low, high]| (low..=high).contains(&external.0[k]))
+            });
+            if !is_within {
+                return None;
+            }
+            let choice = Choice {
+                external,
+                ..way.choice
+            };
+            let (tip, _) = self.chain.at(way.length);
+            let flange = Carried::at(task, external).flange(tip, choice.heading);
+            let joints = task.cell.arm.nearest(flange, &way.joints).ok()?;
+            motion(&joints, &way.joints, STEP)?;
+            if task.cell.arm.margin(joints).0 < 0.0 {
+                return None;
+            }
+            if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&i)) {
+                let command = self.chain.command_at(way.length);
+                let room = guard(command, &Values::of(joints, external), *more);
+                if room < 0.0 {
+                    return None;
+                }
+            }
+            Some(Held {
+                choice,
+                joints,
+                ..*way
+            })
+        });
+        let shifted: Option<Vec<Held>> = shifted.collect();
+        let shifted = shifted?;
+        let goes_on = shifted.windows(2).enumerate().all(|(i, pair)| {
+            let gone = pair[1].length - pair[0].length;
+            let is_near = motion(&pair[0].joints, &pair[1].joints, step_over(gone)).is_some();
+            is_near && (!self.followed.contains(&(i + 1)) || self.leads(&pair[0], &pair[1]))
+        });
+        goes_on.then_some(shifted)
     }
 
     /// What a way costs, rad²/mm.
@@ -382,10 +468,25 @@ impl Narrow<'_> {
     }
 
     /// Places of track and positioner a step aside, within limits.
-    fn beside(&self, External(at): External, share: f64) -> Vec<External> {
+    fn beside(&self, at: External, share: f64) -> Vec<External> {
+        self.steps_within(at, share, |i| self.task.cell.external_room(i))
+    }
+
+    /// Steps of track and positioner.
+    fn steps(&self, at: External, share: f64) -> Vec<External> {
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        self.steps_within(at, share, |i| self.task.cell.external_room(i).map(|_| any))
+    }
+
+    fn steps_within(
+        &self,
+        External(at): External,
+        share: f64,
+        room: impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Vec<External> {
         let mut all = vec![at];
         for i in 0..3 {
-            let Some([low, high]) = self.task.cell.external_room(i) else {
+            let Some([low, high]) = room(i) else {
                 continue;
             };
             let step = share * STEPS[i];

@@ -9,11 +9,14 @@ use meltpath_control::{Matrix, StateSpace};
 use crate::axis::error::AxisError;
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::Galvanometer;
+use crate::identification::abreast::alone;
 
 /// Latest that a channel may be read after the motor's time, samples.
 pub(super) const LATEST: usize = 16;
 /// Terms of the power series over one step: enough for modes up to half the sampling frequency.
 const TERMS: usize = 26;
+/// Terms of a power series below this share of its largest are rounding.
+const ROUNDING: f64 = 1e-19;
 /// Stops, turns and starts followed within one step.
 const EVENTS: usize = 8;
 /// Points of a step at which a change of sign is looked for where one may be.
@@ -21,10 +24,10 @@ const GRID: usize = 16;
 
 /// `M` values linear in the state, the voltage and the friction torque: weights of all of them by each, as a processor takes them.
 #[derive(Debug, Clone, Copy)]
-struct Linear<const N: usize, const M: usize> {
-    state: [[f64; M]; N],
-    voltage: [f64; M],
-    torque: [f64; M],
+pub(super) struct Linear<const N: usize, const M: usize> {
+    pub(super) state: [[f64; M]; N],
+    pub(super) voltage: [f64; M],
+    pub(super) torque: [f64; M],
 }
 
 impl<const N: usize, const M: usize> Linear<N, M> {
@@ -68,13 +71,15 @@ fn add<const M: usize>(out: &mut [f64; M], column: &[f64; M], by: f64) {
 
 /// The motor while it slides, or while it sticks.
 #[derive(Debug, Clone)]
-struct Regime<const N: usize> {
+pub(super) struct Regime<const N: usize> {
     /// Rates of the state, per second.
     rates: Linear<N, N>,
     /// The state after a whole step.
-    whole: Linear<N, N>,
+    pub(super) whole: Linear<N, N>,
     /// What decides on an event, in the middle of a step; current and angle at their instants of the step.
-    seen: Linear<N, 3>,
+    pub(super) seen: Linear<N, 3>,
+    /// Power series of what decides on an event, in the step's share.
+    watched: Linear<N, TERMS>,
 }
 
 /// A state space with inputs voltage and torque.
@@ -120,10 +125,36 @@ impl<const N: usize> Regime<N> {
         seen.put(1, &at(&read[0].0, read[0].1)?);
         seen.put(2, &at(&read[1].0, read[1].1)?);
         Ok(Regime {
+            watched: rates.series(watch, period),
             rates,
             whole: after(1.0)?,
             seen,
         })
+    }
+}
+
+impl<const N: usize> Linear<N, N> {
+    /// The power series over a step of a weighed sum of states that have these rates.
+    fn series(&self, weights: &[f64; N], period: f64) -> Linear<N, TERMS> {
+        let mut out = Linear {
+            state: [[0.0; TERMS]; N],
+            voltage: [0.0; TERMS],
+            torque: [0.0; TERMS],
+        };
+        let mut term = *weights;
+        for k in 0..TERMS {
+            for (column, weight) in out.state.iter_mut().zip(&term) {
+                column[k] = *weight;
+            }
+            if k + 1 < TERMS {
+                let share = period / (k + 1) as f64;
+                let rates = self.sums(&[term.map(|weight| share * weight)]);
+                [out.voltage[k + 1]] = rates.voltage;
+                [out.torque[k + 1]] = rates.torque;
+                term = rates.state.map(|[weight]| weight);
+            }
+        }
+        out
     }
 }
 
@@ -134,8 +165,8 @@ pub(super) type Delays = [f64; 2];
 #[derive(Debug, Clone)]
 pub(super) struct Drive<const N: usize> {
     period: f64,
-    coulomb: f64,
-    bias: f64,
+    pub(super) coulomb: f64,
+    pub(super) bias: f64,
     slide: Regime<N>,
     stick: Option<Regime<N>>,
     /// Weights of the rotor's speed, and of the torque that would hold it.
@@ -144,7 +175,7 @@ pub(super) struct Drive<const N: usize> {
     /// Weights of current and angle; samples by which they come late, and the share of the step at which they are read.
     channels: [([f64; N], usize, f64); 2],
     /// What the ammeter reads where no current flows, A.
-    zero: f64,
+    pub(super) zero: f64,
 }
 
 #[inline]
@@ -217,59 +248,35 @@ impl<const N: usize> Drive<N> {
 
     /// Current and angle at each sample under held voltages; the first [`LATEST`] samples may be missing (not a number).
     pub(super) fn run(&self, start: &[f64; N], voltage: &[f64]) -> [Vec<f64>; 2] {
-        self.follow(start, voltage).0
+        alone(self, start, voltage).0
     }
 
     /// The state in which held voltages leave the motor.
     pub(super) fn end(&self, start: &[f64; N], voltage: &[f64]) -> [f64; N] {
-        self.follow(start, voltage).1
+        alone(self, start, voltage).1
     }
 
-    fn follow(&self, start: &[f64; N], voltage: &[f64]) -> ([Vec<f64>; 2], [f64; N]) {
-        let mut out = [(); 2].map(|()| vec![f64::NAN; voltage.len() + LATEST]);
-        let mut x = *start;
-        let mut way = match dot(&self.speed, &x) {
-            _ if self.stick.is_none() => 1.0,
-            0.0 => self.way(&mut x),
+    /// Which way the motor begins to go in a state; where it stays its speed is put to zero.
+    pub(super) fn begins(&self, x: &mut [f64; N]) -> f64 {
+        match dot(&self.speed, x) {
+            _ if !self.turns() => 1.0,
+            0.0 => self.way(x),
             speed => speed.signum(),
-        };
-        for (k, &u) in voltage.iter().enumerate() {
-            let (regime, torque) = self.regime(way);
-            let next = regime.whole.of(&x, u, torque);
-            let [middle, current, angle] = regime.seen.of(&x, u, torque);
-            let goes_on = self.stick.is_none() || {
-                let watched = self.watched(way);
-                let margins = [dot(watched, &x), middle, dot(watched, &next)]
-                    .map(|watched| self.margin(way, watched));
-                // a turn between these points would bend the margin by more than what is left of it
-                let [begin, middle, end] = margins;
-                middle.min(end) > (begin - 2.0 * middle + end).abs()
-            };
-            if goes_on {
-                let read = [current, angle];
-                for ((out, read), (_, late, _)) in out.iter_mut().zip(read).zip(&self.channels) {
-                    out[k + late] = read;
-                }
-                x = next;
-            } else {
-                let (read, after) = self.eventful(&mut x, u, way);
-                for ((out, read), (_, late, _)) in out.iter_mut().zip(read).zip(&self.channels) {
-                    out[k + late] = read;
-                }
-                way = after;
-            }
         }
-        for (column, zero) in out.iter_mut().zip([self.zero, 0.0]) {
-            column.truncate(voltage.len());
-            for value in column.iter_mut() {
-                *value += zero;
-            }
-        }
-        (out, x)
+    }
+
+    /// Whether friction's torque turns with the speed.
+    pub(super) fn turns(&self) -> bool {
+        self.stick.is_some()
+    }
+
+    /// Samples by which a channel comes late.
+    pub(super) fn late(&self, channel: usize) -> usize {
+        self.channels[channel].1
     }
 
     /// What moves the rotor that way (0: nothing does), and friction's torque.
-    fn regime(&self, way: f64) -> (&Regime<N>, f64) {
+    pub(super) fn regime(&self, way: f64) -> (&Regime<N>, f64) {
         match &self.stick {
             Some(stick) if way == 0.0 => (stick, 0.0),
             Some(_) => (&self.slide, self.bias + way * self.coulomb),
@@ -278,7 +285,7 @@ impl<const N: usize> Drive<N> {
     }
 
     /// What ends a regime: speed, or the torque that holds.
-    fn watched(&self, way: f64) -> &[f64; N] {
+    pub(super) fn watched(&self, way: f64) -> &[f64; N] {
         if way == 0.0 { &self.hold } else { &self.speed }
     }
 
@@ -302,28 +309,40 @@ impl<const N: usize> Drive<N> {
         0.0
     }
 
-    /// A step with stops, turns or starts: the readings of the channels, the way at its end.
-    fn eventful(&self, x: &mut [f64; N], u: f64, mut way: f64) -> ([f64; 2], f64) {
+    /// A step with stops, turns or starts: the readings of the channels, the way at its end; nothing where none comes.
+    pub(super) fn eventful(
+        &self,
+        x: &mut [f64; N],
+        u: f64,
+        mut way: f64,
+    ) -> Option<([f64; 2], f64)> {
+        let (regime, torque) = self.regime(way);
+        let watched = regime.watched.of(x, u, torque);
+        let mut first = Some(self.first_below(way, &watched, 1.0)?);
         let mut read = [f64::NAN; 2];
         let mut begin = 0.0;
         for event in 0..=EVENTS {
             let (regime, torque) = self.regime(way);
             let series = self.series(regime, x, u, torque);
             let left = 1.0 - begin;
-            let watched = self.watched(way);
-            let watched = series.each_ref().map(|term| dot(watched, term));
-            let end = if event < EVENTS {
-                self.first_below(way, &watched, left)
-            } else {
-                None
-            };
+            let end = first.take().or_else(|| {
+                let watched = self.watched(way);
+                let mut told = [0.0; TERMS];
+                for (told, term) in told.iter_mut().zip(&series) {
+                    *told = dot(watched, term);
+                }
+                (event < EVENTS).then(|| self.first_below(way, &told, left))?
+            });
             let until = end.unwrap_or(left);
-            for (read, (weights, _, share)) in read.iter_mut().zip(&self.channels) {
-                if *share >= begin && *share <= begin + until {
-                    *read = dot(weights, &value(&series, share - begin));
+            let shares = self.channels.each_ref().map(|(_, _, share)| *share);
+            let [first_read, second_read, after] =
+                values(&series, [shares[0] - begin, shares[1] - begin, until]);
+            for (k, state) in [first_read, second_read].iter().enumerate() {
+                if shares[k] >= begin && shares[k] <= begin + until {
+                    read[k] = dot(&self.channels[k].0, state);
                 }
             }
-            *x = value(&series, until);
+            *x = after;
             begin += until;
             if end.is_none() {
                 break;
@@ -334,16 +353,33 @@ impl<const N: usize> Drive<N> {
                 self.way(x)
             };
         }
-        (read, way)
+        Some((read, way))
     }
 
     /// The first share up to `left` at which the margin of what is watched, a power series, falls below zero.
-    fn first_below(&self, way: f64, watched: &[f64; TERMS], left: f64) -> Option<f64> {
-        let on_grid = on_grid(watched, left);
-        let after = on_grid.iter().position(|w| self.margin(way, *w) < 0.0)?;
+    fn first_below(&self, way: f64, watched: &[f64], left: f64) -> Option<f64> {
+        // terms beyond these are rounding
+        let largest = watched
+            .iter()
+            .fold(0.0, |most: f64, term| most.max(term.abs()));
+        let last = watched
+            .iter()
+            .rposition(|term| term.abs() > ROUNDING * largest);
+        let watched = &watched[..last.map_or(1, |last| last + 1)];
+        let margins = on_grid(watched, left).map(|value| self.margin(way, value));
+        let after = margins.iter().position(|margin| *margin < 0.0)?;
         let (mut low, mut high) = (grid(after, left), grid(after + 1, left));
-        // Newton's steps where they stay between, halves where they do not
-        let mut at = high;
+        let before = match after {
+            0 => self.margin(way, watched[0]),
+            after => margins[after - 1],
+        };
+        // from the chord Newton's steps where they stay between, halves where they do not
+        let chord = low + (high - low) * before / (before - margins[after]);
+        let mut at = if chord > low && chord < high {
+            chord
+        } else {
+            high
+        };
         for _ in 0..60 {
             let [value, slope] = sloped(watched, at);
             let margin = self.margin(way, value);
@@ -357,40 +393,57 @@ impl<const N: usize> Drive<N> {
                 way => way * slope,
             };
             let newton = at - margin / falls;
-            let next = if newton > low && newton < high {
+            let is_newton = newton > low && newton < high;
+            let next = if is_newton {
                 newton
             } else {
                 0.5 * (low + high)
             };
-            let step = next - at;
+            let step = (next - at).abs();
             at = next;
-            if step.abs() <= 1e-14 {
+            // what is left after a step of Newton's is of the order of its square
+            if step <= if is_newton { 1e-9 } else { 1e-14 } {
                 break;
             }
         }
         Some(at)
     }
 
-    /// The state over a step as a power series in its share.
-    fn series(&self, regime: &Regime<N>, x: &[f64; N], u: f64, torque: f64) -> [[f64; N]; TERMS] {
-        let mut out = [[0.0; N]; TERMS];
-        out[0] = *x;
+    /// The state over a step as a power series in its share, as far as its terms are no rounding.
+    fn series(&self, regime: &Regime<N>, x: &[f64; N], u: f64, torque: f64) -> Vec<[f64; N]> {
+        let mut terms = Vec::with_capacity(TERMS);
+        terms.push(*x);
+        let mut largest = x.map(f64::abs);
+        let (mut term, mut inputs) = (*x, (u, torque));
         for k in 1..TERMS {
-            let (u, t) = if k == 1 { (u, torque) } else { (0.0, 0.0) };
-            let before = out[k - 1];
             let share = self.period / k as f64;
-            out[k] = regime.rates.of(&before, u, t).map(|rate| share * rate);
+            term = regime
+                .rates
+                .of(&term, inputs.0, inputs.1)
+                .map(|rate| share * rate);
+            inputs = (0.0, 0.0);
+            terms.push(term);
+            let mut is_rounding = true;
+            for (largest, term) in largest.iter_mut().zip(&term) {
+                *largest = largest.max(term.abs());
+                is_rounding &= term.abs() <= ROUNDING * *largest;
+            }
+            if is_rounding {
+                break;
+            }
         }
-        out
+        terms
     }
 }
 
-/// A power series at a share of the step.
-fn value<const N: usize>(series: &[[f64; N]; TERMS], at: f64) -> [f64; N] {
-    let mut out = [0.0; N];
+/// A power series at shares of the step: side by side, as each waits for its own last term.
+fn values<const N: usize, const M: usize>(series: &[[f64; N]], at: [f64; M]) -> [[f64; N]; M] {
+    let mut out = [[0.0; N]; M];
     for term in series.iter().rev() {
-        for (o, c) in out.iter_mut().zip(term) {
-            *o = *o * at + c;
+        for (out, at) in out.iter_mut().zip(&at) {
+            for (o, c) in out.iter_mut().zip(term) {
+                *o = *o * at + c;
+            }
         }
     }
     out
@@ -398,7 +451,7 @@ fn value<const N: usize>(series: &[[f64; N]; TERMS], at: f64) -> [f64; N] {
 
 /// A scalar power series and its slope at a share of the step.
 #[inline]
-fn sloped(series: &[f64; TERMS], at: f64) -> [f64; 2] {
+fn sloped(series: &[f64], at: f64) -> [f64; 2] {
     let (mut out, mut slope) = (0.0, 0.0);
     for term in series.iter().rev() {
         slope = slope * at + out;
@@ -408,7 +461,7 @@ fn sloped(series: &[f64; TERMS], at: f64) -> [f64; 2] {
 }
 
 /// A scalar power series at the points of a grid up to a share of the step.
-fn on_grid(series: &[f64; TERMS], left: f64) -> [f64; GRID] {
+fn on_grid(series: &[f64], left: f64) -> [f64; GRID] {
     let at: [f64; GRID] = std::array::from_fn(|k| grid(k + 1, left));
     let mut out = [0.0; GRID];
     for term in series.iter().rev() {

@@ -9,8 +9,9 @@ use std::f64::consts::{PI, TAU};
 use meltpath_control::discretise::{Hold, discretise};
 use meltpath_control::frequency::Point;
 use meltpath_control::welch::{Welch, estimate};
-use meltpath_control::{Complex64, ZeroPoleGain};
+use meltpath_control::{Complex64, Domain, ZeroPoleGain};
 use meltpath_numerics::least_squares::{self, Fit, LeastSquaresError};
+use rayon::prelude::*;
 
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
 use crate::identification::error::IdentificationError;
@@ -58,6 +59,8 @@ const MOST_REFUSED: usize = 8;
 const HEARD: usize = 8;
 /// Shortest of these windows, samples.
 const SHORTEST: usize = 64;
+/// Points of a response that a thread takes together at least.
+const TOGETHER: usize = 256;
 /// Lengths of the running median that takes single outliers away.
 const MEDIAN: usize = 5;
 
@@ -291,20 +294,25 @@ fn fit(
     period: f64,
 ) -> Result<Fit, IdentificationError> {
     let near = viscous_near(start, angle, current);
+    let domain = Domain::Sampled { period };
+    let told = |points: &[Point]| -> Vec<(Complex64, Complex64, f64)> {
+        let told = |p: &Point| (domain.point(p.omega), p.response, p.weight.sqrt());
+        points.iter().map(told).collect()
+    };
+    let (angle, current) = (told(angle), told(current));
     let residuals = |x: &[f64]| -> Vec<f64> {
         let count = 2 * (angle.len() + current.len()) + 1;
         sampled(&motor(x), period).map_or_else(
             |_| vec![f64::INFINITY; count],
             |model| {
-                let one = angle.iter().map(|p| (p, model.angle_over_current(p.omega)));
-                let two = current
-                    .iter()
-                    .map(|p| (p, model.current_over_voltage(p.omega)));
+                let one = angle.par_iter().with_min_len(TOGETHER);
+                let one = one.map(|(z, seen, weight)| {
+                    (model.angle.at(*z) / model.current.at(*z) / seen).ln() * weight
+                });
+                let two = current.par_iter().with_min_len(TOGETHER);
+                let two = two.map(|(z, seen, weight)| (model.current.at(*z) / seen).ln() * weight);
                 one.chain(two)
-                    .flat_map(|(p, value)| {
-                        let z = (value / p.response).ln() * p.weight.sqrt();
-                        [z.re, z.im]
-                    })
+                    .flat_map_iter(|left| [left.re, left.im])
                     .chain([near(x)])
                     .collect()
             },
@@ -351,10 +359,6 @@ fn sampled(motor: &Galvanometer, period: f64) -> Result<Sampled, IdentificationE
 impl Sampled {
     fn angle_over_current(&self, omega: f64) -> Complex64 {
         self.angle.response(omega) / self.current.response(omega)
-    }
-
-    fn current_over_voltage(&self, omega: f64) -> Complex64 {
-        self.current.response(omega)
     }
 }
 

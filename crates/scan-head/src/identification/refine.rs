@@ -11,6 +11,7 @@ use meltpath_numerics::Matrix;
 use meltpath_numerics::least_squares::{LeastSquaresError, Regression};
 use rayon::prelude::*;
 
+use crate::identification::abreast::Responses;
 use crate::identification::drive::{Drive, LATEST};
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{Estimate, Parameter, Units};
@@ -367,17 +368,19 @@ impl<'a, const N: usize> Pieces<'a, N> {
     ) -> Matrix {
         let span = self.spans[piece].clone();
         let voltage = &self.record.voltage[span.clone()];
-        let now = drive.run(state, voltage);
-        let mut slopes: Vec<([Vec<f64>; 2], f64)> = (0..N)
-            .map(|i| {
-                let mut other = *state;
-                let step = 1e-7 * self.spread[i];
-                other[i] += step;
-                (drive.run(&other, voltage), step)
-            })
-            .collect();
-        slopes.extend(moved.map(|(drive, step)| (drive.run(state, voltage), step)));
-        let mut system = Regression::new(slopes.len());
+        let mut runs = vec![(drive, *state)];
+        let mut steps = self.spread.map(|spread| 1e-7 * spread).to_vec();
+        for (i, step) in steps.iter().enumerate() {
+            let mut other = *state;
+            other[i] += step;
+            runs.push((drive, other));
+        }
+        for (drive, step) in moved {
+            runs.push((drive, *state));
+            steps.push(step);
+        }
+        let read = Responses::of(&runs, voltage);
+        let mut system = Regression::new(steps.len());
         for (c, measured) in [self.record.current, self.record.angle]
             .into_iter()
             .enumerate()
@@ -385,15 +388,15 @@ impl<'a, const N: usize> Pieces<'a, N> {
             let weight = 1.0 / rms[c];
             let measured = &measured[span.clone()];
             for k in LATEST..measured.len() {
-                let row = slopes
-                    .iter()
-                    .map(|(other, step)| weight * (other[c][k] - now[c][k]) / step);
-                system.push(row, weight * (measured[k] - now[c][k]));
+                let now = read.at(0, c, k);
+                let slopes = (1..).zip(&steps);
+                let row = slopes.map(|(run, step)| weight * (read.at(run, c, k) - now) / step);
+                system.push(row, weight * (measured[k] - now));
             }
         }
         for (i, (seems, state)) in self.seems[piece].iter().zip(state).enumerate() {
             let level = 1.0 / self.spread[i];
-            let row = (0..slopes.len()).map(|j| if i == j { level } else { 0.0 });
+            let row = (0..steps.len()).map(|j| if i == j { level } else { 0.0 });
             system.push(row, level * (seems - state));
         }
         system.triangle()
@@ -426,6 +429,13 @@ impl<'a, const N: usize> Pieces<'a, N> {
         for _ in 0..steps {
             let none: [(&Drive<N>, f64); 0] = [];
             let triangle = self.triangle(piece, (drive, none.into_iter()), &state, rms);
+            // what a whole step can gain is known before it
+            let promised: f64 = (0..N.min(triangle.rows()))
+                .map(|i| triangle[(i, N)].powi(2))
+                .sum();
+            if promised < SETTLED {
+                break;
+            }
             let better = loop {
                 let Ok(by) = stepped::<N>(&triangle, damping) else {
                     return state;

@@ -3,7 +3,7 @@
 use super::beneath::{Under, look_beneath};
 use super::tile::{Beneath, Cells, N, PLANE, Shown, Tile};
 use crate::material::enthalpy::Formulas;
-use crate::numeric::vector::CellLoop;
+use meltpath_numerics::vector::Loop;
 
 /// Length of a row with a ghost on each side.
 const ROW: usize = N + 2;
@@ -67,7 +67,7 @@ pub(crate) struct First {
     pub(crate) below: bool,
 }
 
-impl CellLoop for Conduct<'_> {
+impl Loop for Conduct<'_> {
     #[inline(always)]
     fn run(self) {
         conduct(self);

@@ -7,10 +7,10 @@
 use meltpath_base::{Cancelled, Observer};
 
 use crate::material::enthalpy::Formulas;
-use crate::numeric::vector;
 use crate::solver::ledger::Ledger;
 use crate::solver::steam::{Around, Lift};
 use crate::solver::surface::{BuildPlane, Losses};
+use meltpath_numerics::vector;
 
 /// Coefficient of ROS2 that damps whatever is quicker than the step: `1 − 1/√2`.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;

@@ -4,8 +4,8 @@
 //! gives to the one below; less a third of the cell of what vapour takes from a surface as hot as that. Powder that has not melted
 //! is as hot as its cell.
 
-use crate::numeric::vector::CellLoop;
 use crate::solver::steam::Lift;
+use meltpath_numerics::vector::Loop;
 
 /// Hottest surface that is tabled, K.
 pub(super) const HOTTEST: f64 = 9000.0;
@@ -55,7 +55,7 @@ pub(crate) struct LookAtSkin<'a> {
     pub(crate) share: &'a [f32],
 }
 
-impl CellLoop for LookAtSkin<'_> {
+impl Loop for LookAtSkin<'_> {
     #[inline(always)]
     fn run(self) {
         let LookAtSkin {

@@ -7,11 +7,11 @@ use super::sharing::share;
 use super::tile::{Cells, Class, Follow, Half, N, PLANE, Refresh, Shown, Tile, Uppermost};
 use super::{Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
-use crate::numeric::vector::CellLoop;
 use crate::solver::Face;
 use crate::solver::source::Spot;
 use crate::solver::steam::{Around as OnTop, Lift};
 use crate::solver::surface::BuildPlane;
+use meltpath_numerics::vector::Loop;
 
 /// Shortest steps whose radiation is taken together: it is slow (0.3 K of a cell of 30 µm at 3000 K in 40 µs).
 const RADIATED: u32 = 4;
@@ -327,7 +327,7 @@ struct Laid<'a> {
     tile: &'a mut Tile,
 }
 
-impl CellLoop for Laid<'_> {
+impl Loop for Laid<'_> {
     #[inline(always)]
     fn run(self) {
         let Deposit {

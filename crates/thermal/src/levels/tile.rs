@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use super::skin::{LookAtSkin, Skin};
 use crate::material::enthalpy::Formulas;
-use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
 use crate::solver::ledger::Ledger;
 use crate::solver::steam::Lift;
+use meltpath_numerics::vector::Loop;
 
 /// Cells along an edge of a tile.
 pub(crate) const N: usize = 16;
@@ -330,7 +330,7 @@ pub(crate) struct Refresh<'a> {
     pub(crate) lift: Option<Lift<f32>>,
 }
 
-impl CellLoop for Refresh<'_> {
+impl Loop for Refresh<'_> {
     #[inline(always)]
     fn run(self) {
         let (f, tile, shown) = (*self.formulas, self.tile, self.shown);
@@ -404,7 +404,7 @@ pub(crate) struct Look<'a> {
     pub(crate) warm: f32,
 }
 
-impl CellLoop for Look<'_> {
+impl Loop for Look<'_> {
     #[inline(always)]
     fn run(self) {
         let mut warmth = [0.0_f32; LANES];
@@ -487,7 +487,7 @@ pub(crate) struct Follow<'a> {
     pub(crate) now: f64,
 }
 
-impl CellLoop for Follow<'_> {
+impl Loop for Follow<'_> {
     #[inline(always)]
     fn run(self) {
         let Follow {

@@ -9,11 +9,11 @@ use meltpath_geometry::math::DVec3;
 
 use crate::beam::{Beam, BeamPath};
 use crate::material::medium::{Medium, MediumError};
-use crate::numeric::vector::Level;
 use crate::pool::MeltPool;
 use crate::pool::history::{History, Lump, Memory, PER_AGE};
 use crate::pool::sheet::{Node, Sheet, Smooth, Sums};
 use crate::solver::source::Depth;
+use meltpath_numerics::vector::Level;
 
 /// Why the engine refused.
 #[derive(Debug, thiserror::Error)]

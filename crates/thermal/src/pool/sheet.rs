@@ -3,8 +3,8 @@
 
 use crate::material::medium::{Body, Medium};
 use crate::numeric::fast_exp::exp_not_positive;
-use crate::numeric::vector::{CellLoop, Level};
 use crate::pool::MeltPool;
+use meltpath_numerics::vector::{Level, Loop};
 
 /// A Gaussian of a given spread at a given place: heat over heat capacity, centre, variances in the plane and in depth.
 #[derive(Debug, Clone, Copy)]
@@ -223,7 +223,7 @@ struct Superpose<'a, const A: usize, const B: usize, const C: usize> {
     below: &'a mut [[f64; C]; A],
 }
 
-impl<const A: usize, const B: usize, const C: usize> CellLoop for Superpose<'_, A, B, C> {
+impl<const A: usize, const B: usize, const C: usize> Loop for Superpose<'_, A, B, C> {
     #[inline(always)]
     fn run(self) {
         for node in self.nodes {

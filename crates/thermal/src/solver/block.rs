@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use crate::material::enthalpy::Formulas;
 use crate::numeric::real::Real;
-use crate::numeric::vector::Level;
 use crate::solver::kernel::{Advance, HeatRow, Neighbourhood, PlaneStep, Refresh};
 use crate::solver::source::Footprint;
+use meltpath_numerics::vector::Level;
 
 /// Cells below which one thread is faster than handing work to others.
 const WORTH_SHARING: usize = 60_000;

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::material::enthalpy::Formulas;
 use crate::numeric::real::Real;
-use crate::numeric::vector::CellLoop;
+use meltpath_numerics::vector::Loop;
 
 /// Cells of a row that take the same short cut: a few vector registers.
 const STRETCH: usize = 64;
@@ -49,7 +49,7 @@ pub(crate) struct Refresh<'a, R> {
     pub(crate) conduction: &'a mut [R],
 }
 
-impl<R: Real> CellLoop for Refresh<'_, R> {
+impl<R: Real> Loop for Refresh<'_, R> {
     #[inline(always)]
     fn run(self) {
         refresh_plane(self);
@@ -121,7 +121,7 @@ pub(crate) struct Advance<'a, R> {
     pub(crate) still: &'a mut [bool],
 }
 
-impl<R: Real> CellLoop for Advance<'_, R> {
+impl<R: Real> Loop for Advance<'_, R> {
     #[inline(always)]
     fn run(self) {
         advance_plane(self);
@@ -321,7 +321,7 @@ pub(crate) struct HeatRow<'a, R> {
     pub(crate) density: &'a mut [R],
 }
 
-impl<R: Real> CellLoop for HeatRow<'_, R> {
+impl<R: Real> Loop for HeatRow<'_, R> {
     #[inline(always)]
     fn run(self) {
         let n = self.share.len();

@@ -8,8 +8,8 @@ use crate::material::Material;
 use crate::material::enthalpy::{Enthalpy, Formulas};
 use crate::material::vapour::Evaporation;
 use crate::numeric::real::Real;
-use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
+use meltpath_numerics::vector::Loop;
 
 const ENTRIES: usize = 4096;
 /// Cells that loops take together.
@@ -176,7 +176,7 @@ pub(crate) struct Evaporate<'a, R> {
     pub(crate) vapour: &'a mut [f64; Evaporation::MOST],
 }
 
-impl<R: Real> CellLoop for Evaporate<'_, R> {
+impl<R: Real> Loop for Evaporate<'_, R> {
     #[inline(always)]
     fn run(mut self) {
         let (groups, rest) = std::mem::take(&mut self.enthalpy).as_chunks_mut::<LANES>();

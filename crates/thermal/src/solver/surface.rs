@@ -4,10 +4,10 @@ use crate::material::Material;
 use crate::material::enthalpy::{Enthalpy, Formulas, Piecewise};
 use crate::material::vapour::Evaporation;
 use crate::numeric::real::Real;
-use crate::numeric::vector::{CellLoop, Level};
 use crate::solver::kernel::warm;
 use crate::solver::ledger::Ledger;
 use crate::solver::steam::{Around, Evaporate, Steam};
+use meltpath_numerics::vector::{Level, Loop};
 
 /// Stefan-Boltzmann constant, W/(mm²·K⁴).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-14;
@@ -154,7 +154,7 @@ struct Radiate<'a, R> {
     radiated: &'a mut f64,
 }
 
-impl<R: Real> CellLoop for Radiate<'_, R> {
+impl<R: Real> Loop for Radiate<'_, R> {
     #[inline(always)]
     fn run(self) {
         let (black, f) = (self.losses.black, *self.formulas);

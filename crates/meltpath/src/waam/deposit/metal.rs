@@ -81,7 +81,10 @@ pub(in crate::waam) fn checks(
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
     grown::name(&mut checks, laid.layers, settings);
     checks.extend(tube::travels(laid.passed, &growth));
-    doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
+    doubt::undecided(
+        &mut checks,
+        &doubts(plan.lean.as_ref(), laid.layers, settings),
+    );
     checks.extend(borrowed_check(settings));
     checks.push(heat_check());
     checks.push(overhang_check(plan, settings));
@@ -105,9 +108,11 @@ fn few_layers(laid: &Laid<'_>, part: &Part, settings: &Settings) -> Option<Strin
 }
 
 /// What keeps a plan's metal from being decided about.
-fn doubts(lean: Option<&Lean>, settings: &Settings) -> Vec<Doubt> {
+fn doubts(lean: Option<&Lean>, layers: &[LayerOutcome], settings: &Settings) -> Vec<Doubt> {
     let corners = doubt::of_corners(settings.judged(), settings);
+    let hangs = || doubt::of_hanging(layers);
     lean.map(doubt::of_lean)
+        .or_else(hangs)
         .into_iter()
         .chain(corners)
         .chain(doubt::of_standing(settings))

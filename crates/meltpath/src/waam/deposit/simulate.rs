@@ -281,6 +281,7 @@ pub(in crate::waam) fn outcome(
         wire: record.wire,
         arc_time: record.arc_time,
         length: record.length,
+        hanging: record.hanging,
         beads: record.beads,
     }
 }

@@ -177,7 +177,7 @@ fn known(ctwd: &[TubePlace], settings: &Settings) -> Option<Check> {
         String::new()
     };
     let reason = format!(
-        "{farthest}measured from {least:.1} to {greatest:.1} mm, taken to hold {beyond:.1} mm beyond; {share:.1} % of the beads lie outside"
+        "{farthest}measured from {least:.1} to {greatest:.1} mm, taken to hold {beyond:.1} mm beyond; {share:.1} % of the beads lie outside, as layers are predicted to grow"
     );
     let check = Check {
         status,

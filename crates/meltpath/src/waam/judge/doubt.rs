@@ -10,6 +10,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_programs::{Dialect, Gap};
 use meltpath_robot::command::{Kind, Source};
 
+use crate::waam::judge::LayerOutcome;
 use crate::waam::plan::Lean;
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
@@ -284,6 +285,26 @@ pub(in crate::waam) fn of_lean(lean: &Lean) -> Doubt {
         remedy: "walls that lean so far are built in practice, but not predicted here: turn the part (build_direction), thicken it below, or build a trial"
             .to_owned(),
     }
+}
+
+/// The doubt that layers leave whose beads hang out, by the map of heights: it holds nothing that hangs. A layer's ends and corners that
+/// reach over an edge are no layer that hangs.
+pub(in crate::waam) fn of_hanging(layers: &[LayerOutcome]) -> Option<Doubt> {
+    const SHARE: f64 = 0.1;
+    let mut hang = layers.iter().filter(|l| l.hanging > SHARE * l.length);
+    let first = hang.next()?;
+    Some(Doubt {
+        reason: format!(
+            "from layer {} on ({} of {} layers) beads hang out by more than a quarter of their width, there over {:.0} of {:.0} mm: the simulated metal holds nothing that hangs",
+            first.layer,
+            1 + hang.count(),
+            layers.len(),
+            first.hanging,
+            first.length
+        ),
+        remedy: "lean the part less, turn it (build_direction), thicken it below, or build a trial"
+            .to_owned(),
+    })
 }
 
 /// Whether every line that shapes metal was simulated; each reason with its lines. What was not simulated is warned of, too.

@@ -8,6 +8,9 @@ use crate::waam::judge::checks::{programmed, wire_sigma};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
 
+/// Means of voltage and current hold where their product is this near to the energy that beads had, in its standard uncertainties.
+const FAR: f64 = 3.0;
+
 /// A layer, and the energy per volume of wire with which it was laid, J/mm³.
 type OfLayer<'a> = (&'a LayerOutcome, f64);
 
@@ -26,6 +29,14 @@ fn by_distance<'a>(
     }
     let fed = simulation.layers.iter().filter(|l| l.arc_time > 0.0);
     let section = settings.wire.section();
+    if let (None, Some(beads)) = (lines.power, &settings.energy) {
+        let off = lines.energy(lines.reference, section) - beads.mean;
+        if off.abs() > FAR * beads.sigma {
+            return Some(Err(
+                "the product of the map's mean voltage and mean current, where they were measured, is not the energy that beads had: of a pulsed arc it is too low (write `power` in [electric])",
+            ));
+        }
+    }
     let known = |l: &'a LayerOutcome| {
         let distance = l.ctwd_mean;
         lines

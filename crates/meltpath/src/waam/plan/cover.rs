@@ -1,8 +1,8 @@
 //! What layers cover, and the beads that fill it: sections with allowance, corners and holes that beads bear.
 
-use meltpath_base::{Cancelled, Observer, Reporter, Silent};
+use meltpath_base::{Cancelled, Observer, Place, Reporter, Silent};
 use meltpath_geometry::boolean::{PlanarError, difference, intersection, union};
-use meltpath_geometry::math::DVec2;
+use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::offset::{Join, inset, outset};
 use meltpath_geometry::overhang::{OverhangError, distance};
 use meltpath_geometry::region::signed_area;
@@ -52,14 +52,28 @@ pub enum PlanStageError {
     },
     /// Nothing to build.
     #[error(
-        "no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance"
+        "no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance{}", small(*.size)
     )]
     NoBead {
         /// Narrowest section that takes a bead, mm.
         narrowest: f64,
         /// Allowance, mm.
         allowance: f64,
+        /// Size of the part, mm.
+        size: DVec3,
     },
+}
+
+/// What a part of this size, mm, may be that is smaller than one bead takes.
+fn small(size: DVec3) -> String {
+    const SMALL: f64 = 10.0;
+    if size.max_element() >= SMALL {
+        return String::new();
+    }
+    let [x, y, z] = size.to_array();
+    format!(
+        "; the part is {x:.3} x {y:.3} x {z:.3} mm: is it in inches or metres? Then write part_unit"
+    )
 }
 
 /// A place in words.
@@ -319,6 +333,51 @@ pub(in crate::waam) fn tell_closed_holes(
     }
 }
 
+/// Tells where pieces of the part that stand apart are built as one: metal planned round them fills the gap between.
+pub(in crate::waam) fn tell_grown_together(
+    sections: &[Vec<Slice>],
+    regions: &[Vec<Region>],
+    reporter: &Reporter,
+) {
+    let joined = |slices: &[Slice], regions: &[Region]| {
+        let apart = &slices.first()?.regions;
+        if regions.len() >= apart.len() {
+            return None;
+        }
+        let one = |region: &Region, a: DVec2, b: DVec2| region.contains(a) && region.contains(b);
+        let begins = apart.iter().filter_map(|piece| piece.outer.first());
+        let begins: Vec<DVec2> = begins.copied().collect();
+        begins.windows(2).find_map(|pair| {
+            let [a, b] = [pair[0], pair[1]];
+            let in_part = slices.iter().flat_map(|slice| &slice.regions);
+            let are_one = in_part.clone().any(|region| one(region, a, b));
+            let grown = regions.iter().any(|region| one(region, a, b));
+            (grown && !are_one).then_some(a)
+        })
+    };
+    let layers = sections.iter().zip(regions);
+    let mut found = (1_u32..)
+        .zip(layers)
+        .filter_map(|(layer, (slices, regions))| {
+            let at = joined(slices, regions)?;
+            let height = slices.first()?.height;
+            let place = Place::at(at.extend(height).to_array());
+            Some(Place {
+                layer: Some(layer),
+                ..place
+            })
+        });
+    if let Some(first) = found.next() {
+        let more = found.count();
+        reporter.warn_at(
+            "grown-together",
+            format!("in {} layers pieces of the part that stand apart are built as one: the metal planned round them fills the gap", 1 + more),
+            first,
+            "part them farther, plan less round them (target.allowance), or cut them apart afterwards",
+        );
+    }
+}
+
 /// Fills `regions`, a layer each, the wire's tip at the heights `torch`, mm.
 pub(in crate::waam) fn fill(
     torch: &[f64],
@@ -355,6 +414,10 @@ pub(in crate::waam) fn no_bead(part: &Part, settings: &Settings) -> PlanStageErr
     open(part).unwrap_or(PlanStageError::NoBead {
         narrowest: settings.fill.narrowest * settings.bead.width.value,
         allowance: settings.allowance,
+        size: part
+            .mesh
+            .bounds()
+            .map_or(DVec3::ZERO, |(low, high)| high - low),
     })
 }
 
