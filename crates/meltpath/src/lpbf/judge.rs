@@ -166,11 +166,11 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
             checks.push(known(check, r));
         }
         let limit = *settings.job.checks.fill_rate;
-        checks.extend(limit.and_then(|limit| {
+        checks.extend(limit.map(|limit| {
             let id = format!("fill-{number}");
             let title = r.fill_title();
             let check = fill_check(plan, r, (&id, &title), limit.0);
-            Some(check.map_or_else(|| nothing_filled(&id, &title), |check| known(check, r)))
+            check.map_or_else(|| nothing_filled(&id, &title), |check| known(check, r))
         }));
     }
     if let Some(heat) = &settings.heat {
