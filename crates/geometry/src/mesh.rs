@@ -45,9 +45,10 @@ impl Mesh {
         self.triangles.extend(moved);
     }
 
-    /// Smallest and largest coordinates over the vertices, or `None` for a mesh without vertices.
+    /// Smallest and largest coordinates over the corners of triangles, or `None` for a mesh without triangles: vertices that none uses are no
+    /// part of the surface.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        bounds(self.vertices.iter().copied())
+        bounds((0..self.triangles.len()).flat_map(|t| self.corners(t)))
     }
 
     /// Surface area, mm².

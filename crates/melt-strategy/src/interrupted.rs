@@ -13,7 +13,7 @@ use crate::layer_heat::LayerHeat;
 use meltpath_thermal::levels::Ground;
 
 /// Of the format of the files: other ones are not read.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Endings of the files: of layers, and of layers that are being written.
 const LAYERS: &str = "layers";
 const PART: &str = "part-";

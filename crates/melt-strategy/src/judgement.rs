@@ -264,6 +264,7 @@ pub fn watched(
     let residual = ledger.residual(levels.stored());
     layers.push(LayerHeat {
         before,
+        surface: surface.largest().0,
         ledger,
         residual,
     });
@@ -316,6 +317,8 @@ impl Pile<'_> {
             every: f64::INFINITY,
         };
         levels.draw(path, self.beam, &nothing, observer)?;
+        let kept = self.hull.grown(KEPT);
+        let surface = levels.highest_of_surface([kept.low, kept.high]);
         let ((ledger, stored), ground) = if let Some(between) = self.body.between {
             let (left, cooled) = levels.leave(between.time, observer)?;
             ((cooled.ledger, cooled.stored), left)
@@ -326,6 +329,7 @@ impl Pile<'_> {
         let mut layers = self.drawn.layers;
         layers.push(LayerHeat {
             before,
+            surface: surface.largest().0,
             ledger,
             residual: ledger.residual(stored),
         });

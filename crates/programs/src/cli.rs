@@ -2,7 +2,7 @@
 //! layer by layer.
 //!
 //! Source: "Common Layer Interface (CLI), version 2.0", Brite-EuRam BE2578. Lengths are mm in memory; files count in their own
-//! unit. Aligned binary files (`$$ALIGN`) are refused. A layer file holds shape alone: no speeds, powers or jumps; arcs become
+//! unit. Aligned binary files (`$$ALIGN`) are refused; of text alignment means nothing. A layer file holds shape alone: no speeds, powers or jumps; arcs become
 //! chords.
 
 mod ascii;
@@ -90,7 +90,7 @@ impl<R: BufRead> Reader<R> {
         let bytes = head.len();
         head.truncate(bytes - END.len());
         let (mut unit, mut form, mut parts) = (None, None, BTreeMap::new());
-        let mut told = None;
+        let (mut told, mut aligned) = (None, false);
         let mut commands = ascii::Commands::new(head.as_slice(), 0);
         while let Some(command) = commands.next()? {
             let (name, arguments) = command.split();
@@ -113,11 +113,7 @@ impl<R: BufRead> Reader<R> {
                 }
                 "ASCII" => form = Some(Form::Ascii),
                 "BINARY" => form = Some(Form::Binary),
-                "ALIGN" => {
-                    return Err(header_error(
-                        "$$ALIGN: aligned files are not read; export without alignment",
-                    ));
-                }
+                "ALIGN" => aligned = true,
                 "LABEL" => {
                     let label = arguments.split_once(',').and_then(|(id, name)| {
                         let name = name.trim().trim_matches('"').to_owned();
@@ -132,6 +128,11 @@ impl<R: BufRead> Reader<R> {
         }
         let body = match form {
             Some(Form::Ascii) => Body::Ascii(ascii::Commands::new(from, commands.lines())),
+            Some(Form::Binary) if aligned => {
+                return Err(header_error(
+                    "$$ALIGN: aligned binary files are not read; export without alignment",
+                ));
+            }
             Some(Form::Binary) => Body::Binary(binary::Cursor::new(from, bytes)),
             None => return Err(header_error("neither $$ASCII nor $$BINARY is written")),
         };

@@ -8,7 +8,7 @@ pub mod fill_rate;
 pub mod fill_share;
 pub mod hatch;
 pub mod histogram;
-pub(crate) mod light;
+pub mod light;
 pub mod outline;
 pub mod segment;
 pub mod stray_light;

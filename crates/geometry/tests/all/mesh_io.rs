@@ -568,6 +568,13 @@ fn required_extensions_that_change_shapes_are_refused() {
     assert!(
         matches!(threemf_error(&model(beams, &tetra, item)), ThreeMfError::Extension { name, .. } if name.contains("beam lattice"))
     );
+    // what adds metal to the mesh, required or not
+    let beams = beams.replacen("requiredextensions=\"b\" ", "", 1);
+    let lattice = r#"<b:beamlattice radius="0.5" minlength="0.001"><b:beams><b:beam v1="0" v2="1"/></b:beams></b:beamlattice></mesh>"#;
+    let lattice = tetra.replace("</mesh>", lattice);
+    assert!(
+        matches!(threemf_error(&model(&beams, &lattice, item)), ThreeMfError::Extension { name, .. } if name.contains("beam lattice"))
+    );
     let secure = r#"requiredextensions="s" xmlns:s="http://schemas.microsoft.com/3dmanufacturing/securecontent/2019/04""#;
     model_error(&model(secure, &tetra, item), "encrypted");
     model_error(

@@ -6,6 +6,7 @@ mod beyond;
 mod doubt;
 pub mod ends;
 pub(crate) mod facts;
+pub mod lower;
 pub(crate) mod shape;
 pub(crate) mod under;
 pub(crate) mod verdict;
@@ -29,6 +30,7 @@ pub use crate::ebm::judge::areas::{Hole, Hollow, Outside};
 use crate::ebm::judge::areas::{fullest_hole, hollows, outside};
 use crate::ebm::judge::beyond::{area_beyond, area_within, cells_beyond};
 use crate::ebm::judge::ends::{Ends, Surface, ends};
+use crate::ebm::judge::lower::Lower;
 use crate::ebm::judge::under::{body, domain, ground};
 use crate::ebm::plan::region::Contour;
 use rayon::prelude::*;
@@ -79,6 +81,8 @@ pub struct JudgedPath {
     pub layers: Vec<LayerHeat>,
     /// Where a pool of conduction ends.
     pub ends: Ends,
+    /// What is known of the layers below.
+    pub lower: Option<Lower>,
     /// Area of whatever melts, mm².
     pub molten: f64,
     /// Share of the section so far beside the path that it is not looked at: powder.
@@ -435,6 +439,12 @@ impl Court<'_> {
             &surfaces,
             |field, classes| self.tally(field, classes),
         );
+        let of_layers = drawn.iter().zip(Variant::ALL);
+        let lower = Lower::of(
+            &self.plan.settings,
+            &self.plan.lower,
+            of_layers.map(|((_, drawn), variant)| (variant, drawn.layers.as_slice())),
+        );
         let (_, first) = drawn.into_iter().next().ok_or(EbmError::GoodBody)?;
         Ok(JudgedPath {
             runs,
@@ -443,6 +453,7 @@ impl Court<'_> {
                 .zip(self.on_charts)
                 .map(|(highest, classes)| self.tally(highest, classes)),
             ends,
+            lower,
             undrawn: {
                 let (grid, contour) = (&first.highest.grid, &self.plan.contour);
                 let part = self.judging.part.as_ref();

@@ -9,6 +9,7 @@ mod boiling;
 mod dwell;
 mod judge;
 mod keyhole;
+mod pace;
 mod settings;
 mod standing;
 mod surface;
@@ -24,6 +25,7 @@ use meltpath_thermal::solver::source::Depth;
 
 use beam::{commanded, lit};
 use boiling::Boiling;
+use pace::Slow;
 use standing::Standing;
 use surface::{beside, closed};
 use weakest::Choice;
@@ -33,6 +35,7 @@ pub(super) use dwell::{check as dwell_check, told as tell_waits};
 pub use judge::check;
 pub(crate) use judge::dug;
 pub(super) use keyhole::check as keyhole_check;
+pub use pace::{LitPace, Pace};
 pub use settings::{HeatSettings, resolve};
 pub(super) use weakest::{Looked, look};
 
@@ -87,6 +90,17 @@ impl Cold {
     pub const SIDE: f64 = 0.1;
 }
 
+/// What a head did in light.
+#[derive(Debug, Clone)]
+pub(super) struct InLight {
+    /// What the power follows.
+    pub(super) law: PowerLaw,
+    /// The path of what is looked at.
+    pub(super) record: BeamRecord,
+    /// How the spot ran, in all layers.
+    pub(super) pace: Pace,
+}
+
 /// What a recipe melts.
 #[derive(Debug, Clone)]
 pub struct RecipeHeat {
@@ -102,20 +116,22 @@ pub struct RecipeHeat {
     pub own: Vec<Boiling>,
     /// How near the marks of all layers do.
     pub boiling: Vec<Boiling>,
-    /// Where the lit beam stands between marks and heats the most, in all layers.
+    /// Where the lit beam stands and heats the most, in all layers: between marks, or as simulated.
     pub standing: Option<Standing>,
+    /// Where the simulated spot runs nearest to a keyhole, in all layers.
+    pub slowest: Option<Slow>,
     /// Whether marks were left out.
     pub cut: bool,
 }
 
-/// Draws the layer or square of a recipe that is looked at, whose lines lie `hatch` mm apart and whose power follows a law.
+/// Draws the layer or square of a recipe that is looked at, whose lines lie `hatch` mm apart.
 ///
 /// # Errors
 /// [`HeatError`].
 pub(super) fn melt(
     settings: &HeatSettings,
     looked: &Looked,
-    (law, record): (PowerLaw, BeamRecord),
+    InLight { law, record, pace }: InLight,
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
@@ -130,7 +146,12 @@ pub(super) fn melt(
     );
     let [second, third, fourth] = others;
     let drawings = [first?, second?, third?, fourth?];
-    Ok(told(settings, drawings, (&asked, hatch), (looked, cut)))
+    Ok(told(
+        settings,
+        drawings,
+        (&asked, hatch),
+        (looked, cut, &pace),
+    ))
 }
 
 /// Draws the path that the same recipe has on a head that behaves otherwise: what was commanded is that of `value`.
@@ -141,7 +162,7 @@ pub(super) fn melt_otherwise(
     settings: &HeatSettings,
     value: &RecipeHeat,
     looked: &Looked,
-    (law, record): (PowerLaw, BeamRecord),
+    InLight { law, record, pace }: InLight,
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
@@ -152,7 +173,12 @@ pub(super) fn melt_otherwise(
     let [second, third, fourth] =
         three(|name, share| drawn(settings, &plain, (name, &marked, share), observer));
     let drawings = [value.drawings[0].clone(), second?, third?, fourth?];
-    Ok(told(settings, drawings, (&asked, hatch), (looked, cut)))
+    Ok(told(
+        settings,
+        drawings,
+        (&asked, hatch),
+        (looked, cut, &pace),
+    ))
 }
 
 /// The marked path with what the job says is absorbed, with less and with more.
@@ -232,7 +258,7 @@ fn told(
     settings: &HeatSettings,
     mut drawings: [Melted; 4],
     (asked, hatch): (&BeamPath, f64),
-    (looked, cut): (&Looked, bool),
+    (looked, cut, pace): (&Looked, bool, &Pace),
 ) -> RecipeHeat {
     let liquidus = settings.material.liquidus;
     let melted = drawings
@@ -250,13 +276,30 @@ fn told(
         drawing.area = count(&mut here.iter().copied()) * one;
         drawing.share = inside / all.max(1.0);
     }
+    // squares have no layers
+    let layered = |layer: Option<u32>| looked.choice.layer.and(layer);
+    let standing = pace.standing.map(|s| Standing {
+        layer: layered(s.layer),
+        ..s
+    });
     RecipeHeat {
         surface: all * one,
         cold: cold(&drawings[0].map, &surface, &melted[1]),
         choice: looked.choice,
         own: looked.own.clone(),
         boiling: looked.all.clone(),
-        standing: looked.standing,
+        standing: looked
+            .standing
+            .into_iter()
+            .chain(standing)
+            .max_by(Standing::hotter),
+        slowest: pace.slowest.map(|s| Slow {
+            boiling: Boiling {
+                layer: layered(s.boiling.layer),
+                ..s.boiling
+            },
+            ..s
+        }),
         drawings,
         cut,
     }

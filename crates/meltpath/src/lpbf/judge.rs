@@ -18,7 +18,7 @@ use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
 use super::paced;
 use super::plan::Plan;
-use super::result::{JUDGED, RecipeResult, fill_words};
+use super::result::{AtEnd, JUDGED, RecipeResult, fill_words};
 use super::settings::Settings;
 use crate::identify::of_motor;
 use crate::job::lpbf::{DelayChoice, PathChoice};
@@ -166,10 +166,11 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
             checks.push(known(check, r));
         }
         let limit = *settings.job.checks.fill_rate;
-        checks.extend(limit.and_then(|limit| {
+        checks.extend(limit.map(|limit| {
             let id = format!("fill-{number}");
-            let check = fill_check(plan, r, (&id, &r.fill_title()), limit.0)?;
-            Some(known(check, r))
+            let title = r.fill_title();
+            let check = fill_check(plan, r, (&id, &title), limit.0);
+            check.map_or_else(|| nothing_filled(&id, &title), |check| known(check, r))
         }));
     }
     if let Some(heat) = &settings.heat {
@@ -187,9 +188,13 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
             }));
             let name = &r.recipe.name;
             if let Some(melted) = &r.heat {
-                let keyhole = heat::keyhole_check(k + 1, name, melted);
-                let dwell = heat::dwell_check(k + 1, name, melted);
-                let both = std::iter::once(keyhole).chain(dwell);
+                let keyhole = |melted: &RecipeHeat| heat::keyhole_check(k + 1, name, melted);
+                let dwell = |melted: &RecipeHeat| heat::dwell_check(k + 1, name, melted);
+                let mut of_ends = r.ends.iter().flatten().filter_map(|end| end.heat.as_ref());
+                let stands = dwell(melted).or_else(|| of_ends.find_map(dwell));
+                let dug = of_light(keyhole(melted), r, |melted| Some(keyhole(melted)));
+                let stands = stands.map(|c| of_light(c, r, dwell));
+                let both = std::iter::once(dug).chain(stands);
                 checks.extend(both.map(|c| paced::unless_slowed(c, r.survey)));
             }
         }
@@ -201,6 +206,34 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
         ));
     }
     checks
+}
+
+/// What light does, whatever the friction: that of marks as commanded is the same with any.
+fn of_light(
+    check: Check,
+    result: &RecipeResult<'_>,
+    judge: impl Fn(&RecipeHeat) -> Option<Check>,
+) -> Check {
+    let at_end = |end: &AtEnd| judge(end.heat.as_ref()?);
+    let same = |end: &AtEnd| {
+        at_end(end).is_some_and(|c| (c.status, &c.value) == (check.status, &check.value))
+    };
+    if result.ends.iter().flatten().all(same) {
+        return check;
+    }
+    over_the_range(check, result, at_end)
+}
+
+/// A limit that the job writes, and nothing to hold against it.
+fn nothing_filled(id: &str, title: &str) -> Check {
+    let why = "checks.fill_rate asks for a fill, and no line of one was marked";
+    Check {
+        status: Status::CannotSay,
+        ..Check::not_checked(id, title, why)
+    }
+    .remedy(
+        "lines that the file lost: hatch the part anew; or no checks.fill_rate for contours alone",
+    )
 }
 
 /// How near contours come.
@@ -285,10 +318,19 @@ fn stray(settings: &Settings, number: usize, recipe: &str, stray: &StrayLight) -
     if stray.length == 0.0 {
         return check;
     }
-    let reason = format!(
-        "{} mm in all lie farther than the spot's diameter from any mark",
-        significant(stray.length, 3)
-    );
+    let far = stray.length - stray.jumped;
+    let parts = [
+        (far, "lie farther than the spot's diameter from any mark"),
+        (
+            stray.jumped,
+            "go over marks against them, or at the speed of jumps",
+        ),
+    ];
+    let told = parts.into_iter().filter(|(length, _)| *length > 0.0);
+    let told: Vec<String> = told
+        .map(|(length, what)| format!("{} mm in all {what}", significant(length, 3)))
+        .collect();
+    let reason = told.join(", ");
     let place = Place {
         layer: Some(stray.longest.layer),
         ..Place::at(stray.longest.from.extend(0.0).to_array())

@@ -18,12 +18,13 @@ use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, T
 use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillRate;
 use meltpath_scan_head::measures::fill_share::FillShare;
+use meltpath_scan_head::measures::stray_light::StrayLight;
 use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
 use super::error::LpbfError;
 use super::friction;
-use super::heat::{self, BeamRecord, Looked, RecipeHeat};
+use super::heat::{self, BeamRecord, InLight, LitPace, Looked, RecipeHeat};
 use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
 use super::result::{AtEnd, JUDGED, MODES, Path2d, RecipeResult};
@@ -42,6 +43,10 @@ use crate::views;
 const WINDOW: f64 = 4e-3;
 /// Step of the delays that are paired in the table of trade-offs, s.
 const FRONT_STEP: f64 = 40e-6;
+/// Share of marks on others from which on they are told.
+const TWICE: f64 = 0.01;
+/// Share of the way in light from which on that in jumps is told: less is the beginnings and ends of marks.
+const JUMPED: f64 = 0.05;
 /// The largest angles that the mirrors X and Y reach, rad.
 #[derive(Debug, Default)]
 struct Reach([f64; 2]);
@@ -58,7 +63,7 @@ impl HeadSink for Reach {
 struct EndMarked {
     errors: PathErrors,
     fill: Option<FillShare>,
-    record: Option<BeamRecord>,
+    light: Option<InLight>,
 }
 
 /// The whole chain.
@@ -270,6 +275,7 @@ impl<'a> Run<'a> {
                 "export curves with longer chords, or mark slower",
             );
         }
+        self.judge_twice();
         let (tuned, front) = self
             .tuned()?
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
@@ -296,7 +302,7 @@ impl<'a> Run<'a> {
                         ..Path2d::default()
                     },
                 ),
-                wanted.then(|| AsMotion::new(law, &mut motion)),
+                (self.pace(), wanted.then(|| AsMotion::new(law, &mut motion))),
             ),
         );
         let how = (delays, self.survey.samples);
@@ -309,15 +315,16 @@ impl<'a> Run<'a> {
             || self.at_ends(delays, looked.as_ref()),
         );
         let RunSummary { duration, .. } = ran?;
-        let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
+        let ((errors, (energy, reach)), ((fill, path), (pace, _))) = sinks;
         self.judge_reach(&reach);
+        self.judge_bridges(delays, &darkness, &errors.stray);
         heat::tell_waits(&self.recipe.name, (&first, law), self.reporter);
         let settings = self.plan.settings.heat.as_ref();
         let hatch = self.apart(looked.as_ref(), hatch);
-        let heat = match (settings, looked.as_ref(), record) {
-            (Some(settings), Some(looked), Some(record)) => {
-                let drawn = (law, record);
-                Some(heat::melt(settings, looked, drawn, hatch, self.observer)?)
+        let light = self.in_light(record, pace.as_ref());
+        let heat = match (settings, looked.as_ref(), light) {
+            (Some(settings), Some(looked), Some(light)) => {
+                Some(heat::melt(settings, looked, light, hatch, self.observer)?)
             }
             _ => None,
         };
@@ -359,6 +366,20 @@ impl<'a> Run<'a> {
         let (settings, looked) = (self.plan.settings.heat.as_ref()?, looked?);
         let vectors = [looked.first, looked.last()];
         Some(BeamRecord::new(vectors, settings.marks, settings.spot))
+    }
+
+    /// What looks at the pace of the spot, where the job asks what melts.
+    fn pace(&self) -> Option<LitPace<'a>> {
+        let settings = self.plan.settings.heat.as_ref()?;
+        Some(LitPace::new(settings, self.recipe.power_law))
+    }
+
+    fn in_light(&self, record: Option<BeamRecord>, pace: Option<&LitPace<'_>>) -> Option<InLight> {
+        Some(InLight {
+            law: self.recipe.power_law,
+            record: record?,
+            pace: pace?.found(),
+        })
     }
 
     /// Distance of the lines of what is looked at, mm: as the job says it, else its own, else that of all.
@@ -417,15 +438,15 @@ impl<'a> Run<'a> {
         let motion = record
             .as_mut()
             .map(|r| AsMotion::new(self.recipe.power_law, r));
-        let mut sinks = (errors, (self.surface().1, motion));
+        let mut sinks = (errors, (self.surface().1, (self.pace(), motion)));
         let layers = self.plan.work.layers(self.recipe)?;
         let how = (delays, self.survey.samples);
         head.run_layers(layers, how, 1, &Quiet(self.observer), &mut sinks)?;
-        let (errors, (fill, _)) = sinks;
+        let (errors, (fill, (pace, _))) = sinks;
         Ok(EndMarked {
             errors,
             fill: FillShare::of(&fill.finish(), JUDGED),
-            record,
+            light: self.in_light(record, pace.as_ref()),
         })
     }
 
@@ -437,13 +458,10 @@ impl<'a> Run<'a> {
         hatch: f64,
     ) -> Result<AtEnd, LpbfError> {
         let settings = self.plan.settings.heat.as_ref();
-        let heat = match (settings, as_judged, end.record) {
-            (Some(settings), Some((looked, value)), Some(record)) => {
+        let heat = match (settings, as_judged, end.light) {
+            (Some(settings), Some((looked, value)), Some(light)) => {
                 let observer = &Quiet(self.observer);
-                let again = {
-                    let drawn = (self.recipe.power_law, record);
-                    heat::melt_otherwise(settings, value, looked, drawn, hatch, observer)
-                };
+                let again = heat::melt_otherwise(settings, value, looked, light, hatch, observer);
                 Some(again?)
             }
             _ => None,
@@ -455,7 +473,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Refuses delays that leave every mark dark, tells those that keep the light on between marks.
+    /// Refuses delays that leave every mark dark.
     fn judge_delays(&self, delays: LaserDelays) -> Result<Darkness, HeadError> {
         let layers = self.plan.work.layers(self.recipe)?;
         let darkness = Darkness::of(layers, delays, self.head.head().period)?;
@@ -466,21 +484,46 @@ impl<'a> Run<'a> {
                 longest: darkness.longest,
             });
         }
+        Ok(darkness)
+    }
+
+    /// Tells marks that are drawn twice: the energy on their way is not that of one.
+    fn judge_twice(&self) {
+        let marked = self.survey.contours + self.survey.fills;
+        let share = self.survey.twice / marked.max(f64::MIN_POSITIVE);
+        if share <= TWICE {
+            return;
+        }
+        self.reporter.warn(
+            "marked-twice",
+            format!(
+                "{}: {:.0} % of the length of all marks lie on another mark of their layer, from end to end: there the energy is twice that of one, and nothing of it is judged",
+                self.recipe.name,
+                100.0 * share
+            ),
+            "where that is not meant, export each line once",
+        );
+    }
+
+    /// Tells delays that keep the light on between marks.
+    fn judge_bridges(&self, delays: LaserDelays, darkness: &Darkness, stray: &StrayLight) {
         let Darkness {
             chains, bridged, ..
         } = darkness;
-        let name = &self.recipe.name;
-        if bridged > 0 {
-            self.reporter.warn(
-                "light-between-marks",
-                format!(
-                    "{name}: the light stays on between {bridged} of {chains} marks: the laser-off delay, {:.0} µs, is longer than the pause",
-                    1e6 * delays.off
-                ),
-                "a shorter laser-off delay, or a longer wait after marks",
-            );
+        let jumped = stray.jumped_share();
+        if *bridged == 0 && jumped <= JUMPED {
+            return;
         }
-        Ok(darkness)
+        let name = &self.recipe.name;
+        self.reporter.warn(
+            "light-between-marks",
+            format!(
+                "{name}: the light stays on between {bridged} of {chains} marks, and {:.0} % of the way in light is that of jumps: the laser-off delay is {:.0} µs",
+                100.0 * jumped,
+                1e6 * delays.off
+            ),
+            "a shorter laser-off delay, or a longer wait after marks",
+        );
     }
 
     /// Tells mirrors that left their travel.

@@ -147,12 +147,22 @@ fn planned_layers_are_written_as_shape() {
     ));
 }
 
+/// Alignment is one of bytes: text has none.
+#[test]
+fn alignment_of_text_means_nothing() {
+    let aligned = FOREIGN.replace("$$ASCII\n", "$$ASCII\n$$ALIGN\n");
+    assert_eq!(
+        read(aligned.as_bytes()).unwrap(),
+        read(FOREIGN.as_bytes()).unwrap()
+    );
+}
+
 #[test]
 fn mistakes_are_named_where_they_are() {
     for (wrong, right, expected) in [
         ("$$UNITS/00000000.005000\n", "", "$$UNITS is missing"),
         ("$$ASCII\n", "", "neither"),
-        ("$$ASCII\n", "$$ASCII\n$$ALIGN\n", "ALIGN"),
+        ("$$ASCII\n", "$$BINARY\n$$ALIGN\n", "ALIGN"),
         ("$$POLYLINE/1,1,5", "$$POLYLINE/1,1,6", "line 13"),
         ("$$POLYLINE/1,1,5", "$$POLYLINE/1,7,5", "0, 1 or 2"),
         ("2000,0,2000,2000", "2000,0,2OOO,2000", "2OOO"),

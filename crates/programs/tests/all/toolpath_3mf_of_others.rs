@@ -245,7 +245,7 @@ fn what_a_package_lacks_or_requires_is_named() {
         (
             r#"requiredextensions="p x""#,
             r#"requiredextensions="p x v""#,
-            "requires the 3MF extension `v` (urn:vendor)",
+            "needs the 3MF extension `v` (urn:vendor)",
         ),
         (
             r#"xmlns:v="urn:vendor""#,

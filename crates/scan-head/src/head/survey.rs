@@ -1,6 +1,7 @@
 //! What a job asks of a head, found layer by layer before anything moves.
 
 mod pace;
+mod twice;
 
 use crate::head::error::HeadError;
 use crate::head::prepared::Layers;
@@ -12,6 +13,7 @@ use meltpath_toolpath::Role;
 
 use pace::{Mark, too_fast, too_slow};
 pub use pace::{OffPace, Paces};
+use twice::Drawn;
 
 /// A layer in figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +41,8 @@ pub struct Survey {
     pub contours: f64,
     /// Length of all lines of fills, mm.
     pub fills: f64,
+    /// Length of marks that lie on another one of their layer, from end to end, mm.
+    pub twice: f64,
     /// Marks that are shorter than a sample at their speed: each takes a whole one.
     pub short: u64,
     /// By how much they lengthen the job, s.
@@ -65,6 +69,7 @@ impl ReadyHead {
             samples: 1,
             contours: 0.0,
             fills: 0.0,
+            twice: 0.0,
             short: 0,
             lost: 0.0,
             paces: Paces::default(),
@@ -75,7 +80,7 @@ impl ReadyHead {
         for layer in self.checked(layers) {
             let layer = layer?;
             let job = &layer.job;
-            let mut marked = 0.0;
+            let (mut marked, mut drawn) = (0.0, Drawn::default());
             for (i, v) in job.vectors.iter().enumerate() {
                 let (moving, waiting) = job.samples_of(i, period);
                 found.samples = found.samples.saturating_add(moving).saturating_add(waiting);
@@ -86,7 +91,11 @@ impl ReadyHead {
                     _ => continue,
                 }
                 marked += length;
-                for end in [job.start_of(i), v.end].map(DVec3::truncate) {
+                let flat = [job.start_of(i), v.end].map(DVec3::truncate);
+                if drawn.again(flat) {
+                    found.twice += length;
+                }
+                for end in flat {
                     around = [around[0].min(end), around[1].max(end)];
                 }
                 let mark = Mark {

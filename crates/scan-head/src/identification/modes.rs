@@ -4,7 +4,7 @@
 //! ours. Above a sixth of the sampling frequency sampled responses differ from continuous ones: the model is sampled with the
 //! voltage held, as the record is.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use meltpath_control::discretise::{Hold, discretise};
 use meltpath_control::frequency::Point;
@@ -368,10 +368,21 @@ struct Peak {
     mode: Mode,
     /// How far it stands out of the rigid motor's response.
     ratio: f64,
+    /// Phase against the rigid motor's response, rad: half a right angle and more ahead in a mode of positive gain, behind in one of negative.
+    phase: f64,
 }
 
 impl Peak {
     fn refused(&self, why: Refusal) -> RefusedPeak {
+        let runs_away = matches!(
+            why,
+            Refusal::Strayed { .. } | Refusal::Unsure { .. } | Refusal::Undetermined
+        );
+        // gains are fitted by their logarithm: one that is negative is none that the fit can find
+        let why = match why {
+            _ if runs_away && self.phase < -FRAC_PI_4 => Refusal::Opposed,
+            why => why,
+        };
         RefusedPeak {
             frequency: self.mode.omega / TAU,
             ratio: self.ratio,
@@ -391,15 +402,15 @@ fn peaks(
 ) -> Result<(Vec<Peak>, Vec<RefusedPeak>), IdentificationError> {
     let model = sampled(rigid, period)?;
     let last = PI / period;
-    let seen: Vec<(f64, f64, f64)> = angle
+    let seen: Vec<(f64, Complex64, f64)> = angle
         .iter()
         .filter(|p| p.omega >= TAU * search.from && p.omega < last)
         .map(|p| {
-            let expected = model.angle_over_current(p.omega).norm();
-            (p.omega, p.response.norm() / expected, p.response.norm())
+            let over = p.response / model.angle_over_current(p.omega);
+            (p.omega, over, p.response.norm())
         })
         .collect();
-    let ratios = smoothed(&seen.iter().map(|s| s.1).collect::<Vec<f64>>());
+    let ratios = smoothed(&seen.iter().map(|s| s.1.norm()).collect::<Vec<f64>>());
     let mut taken: Vec<f64> = Vec::new();
     let (mut modes, mut refused): (Vec<Peak>, Vec<RefusedPeak>) = (Vec::new(), Vec::new());
     let mut refuse = |peak: RefusedPeak| {
@@ -417,7 +428,7 @@ fn peaks(
         let Some(k) = best.filter(|&k| ratios[k] > search.prominence) else {
             break;
         };
-        let (omega, _, height) = seen[k];
+        let (omega, over, height) = seen[k];
         taken.push(omega);
         // the −3 dB width of the peak is 2ξω
         let half = ratios[k] / std::f64::consts::SQRT_2;
@@ -452,6 +463,7 @@ fn peaks(
                 gain: omega * height * 2.0 * damping * omega,
             },
             ratio: ratios[k],
+            phase: over.arg(),
         });
     }
     Ok((modes, refused))

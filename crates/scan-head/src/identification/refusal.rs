@@ -46,6 +46,11 @@ pub enum Refusal {
         /// Where to, Hz.
         to: f64,
     },
+    /// The angle turns there against what a mode of the rotor's side makes of it.
+    #[error(
+        "the angle there turns against the rotor: it is measured beyond the spring, as by an encoder on the load, and the gain of the mode is negative; motors here have modes of the rotor's own side alone: measure the angle of the rotor"
+    )]
+    Opposed,
     /// The fit with it does not determine it.
     #[error("its frequency, damping and gain are known to ± {:.0} % only: record longer, or excite more", 100.0 * sigma)]
     Unsure {

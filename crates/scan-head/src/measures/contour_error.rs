@@ -19,6 +19,9 @@ const CONTOUR_BIN: f64 = 5e-4;
 /// Width of a bin of angle errors, deg.
 const ANGLE_BIN: f64 = 1e-4;
 
+/// How many times as fast as its mark a spot may run that draws it.
+const FASTEST: f64 = 2.0;
+
 /// In a millimetre.
 const NANOMETRES: f64 = 1e6;
 
@@ -29,9 +32,17 @@ struct Candidate {
     a: DVec2,
     b: DVec2,
     kind: Role,
+    speed: f64,
     until: u64,
     /// Of a contour, what of it is lit.
     contour: Option<ContourLight>,
+}
+
+impl Candidate {
+    /// Whether a spot that goes so within a period may be drawing it.
+    fn runs(&self, step: DVec2, period: f64) -> bool {
+        step.dot(self.b - self.a) >= 0.0 && step.length() <= FASTEST * self.speed * period
+    }
 }
 
 /// Judges a run against its job while it streams: contour errors of lit points, tracking errors of each axis on marks and on
@@ -59,7 +70,7 @@ pub struct PathErrors {
     pub tracking_jumps: [Histogram; 3],
     /// |focus − commanded height| of lit points, mm.
     pub focus: Histogram,
-    /// Light far from all marks.
+    /// Light that draws no mark.
     pub stray: StrayLight,
     /// Where the largest contour error lies, mm.
     pub worst: DVec2,
@@ -101,6 +112,7 @@ impl PathErrors {
                     a,
                     b,
                     kind: v.kind,
+                    speed: v.speed,
                     until: sample,
                     contour: (v.kind == Role::Contour).then_some(contour),
                 });
@@ -172,6 +184,14 @@ impl PathErrors {
         }
     }
 
+    /// Whether some mark that a stroke lies on is drawn by it: not one that it runs against, as a jump back over the last line does, nor one
+    /// that it crosses as fast as a jump.
+    fn is_drawn(&self, [from, to]: [DVec2; 2], period: f64) -> bool {
+        let marks = self.near.iter().filter(|c| c.kind.deposits());
+        let mut here = marks.filter(|c| distance_to_segment(to, c.a, c.b) <= self.reach.aside);
+        here.any(|c| c.runs(to - from, period))
+    }
+
     /// What of the contours stayed dark.
     pub fn dark(&self) -> Dark {
         let mut all = self.dark.clone();
@@ -241,10 +261,14 @@ impl HeadSink for PathErrors {
                 .filter(|(_, c)| c.kind.deposits())
                 .map(|(at, c)| (distance_to_segment(p, c.a, c.b), c.kind, at))
                 .min_by(|x, y| x.0.total_cmp(&y.0));
-            if closest.is_some_and(|(error, ..)| error <= self.reach.aside) {
+            self.stray.lit += way;
+            let near = closest.is_some_and(|(error, ..)| error <= self.reach.aside);
+            if !near {
+                self.stray.goes([from, p], layer.number);
+            } else if self.is_drawn([from, p], block.period) {
                 self.stray.ends();
             } else {
-                self.stray.goes([from, p], layer.number);
+                self.stray.jumps([from, p], layer.number);
             }
             if let Some((error, kind, at)) = closest {
                 if kind == Role::Contour {

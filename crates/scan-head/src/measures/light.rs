@@ -7,17 +7,19 @@ use meltpath_toolpath::Role;
 
 /// Power and speed of the mark whose light is on: after its end the off-delay goes on at its power.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Light {
-    pub(super) power: f64,
-    pub(super) speed: f64,
+pub struct Light {
+    /// Power of the mark, W.
+    pub power: f64,
+    /// Speed of the mark as commanded, mm/s; 0 before the first one.
+    pub speed: f64,
     last: Option<DVec2>,
-    /// Of the last mark.
-    pub(super) kind: Option<Role>,
+    /// What the mark is.
+    pub kind: Option<Role>,
 }
 
 impl Light {
     /// At the next sample: the power in it, W, and how far the spot moved, mm.
-    pub(crate) fn step(&mut self, law: PowerLaw, block: &HeadBlock, k: usize) -> (f64, f64) {
+    pub fn step(&mut self, law: PowerLaw, block: &HeadBlock, k: usize) -> (f64, f64) {
         let vector = block.vector(k).map(|(layer, i)| layer.job.vectors[i]);
         if let Some(v) = vector.filter(|v| v.kind.deposits()) {
             (self.power, self.speed, self.kind) = (v.power, v.speed, Some(v.kind));

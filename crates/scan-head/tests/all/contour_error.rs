@@ -148,3 +148,30 @@ fn a_corner_that_is_cut_is_not_dark() {
         assert!(dark > 0.0 || found.length < 1e-6, "{found:?}");
     }
 }
+
+/// A jump back over the line that was just marked lies on it, and draws nothing.
+#[test]
+fn light_on_a_jump_back_over_the_line_is_stray() {
+    let path = [DVec2::ZERO, DVec2::X * 3.0];
+    // a line at 1000 mm/s, back over it at 4000 mm/s, a rest, and the line again
+    let along = (0..=300).map(|k| 0.01 * f64::from(k));
+    let back = (0..=75).map(|k| 3.0 - 0.04 * f64::from(k));
+    let rest = std::iter::repeat_n(0.0, 50);
+    let whole: Vec<f64> = along.clone().chain(back).chain(rest).chain(along).collect();
+    let hits: Vec<DVec2> = whole.into_iter().map(|x| DVec2::new(x, 0.0)).collect();
+    let vectors = vec![0; hits.len()];
+    let errors = measured(&path, &hits, &vectors, |_| true);
+    assert!(
+        (errors.stray.longest.length - 3.0).abs() < 1e-9,
+        "{:?}",
+        errors.stray
+    );
+    assert!((errors.stray.jumped_share() - 1.0 / 3.0).abs() < 1e-9);
+    // dark on the way back
+    let dark = measured(&path, &hits, &vectors, |k| !(301..=377).contains(&k));
+    assert_eq!(dark.stray.length, 0.0, "{:?}", dark.stray);
+    // as fast as a jump in the line's own direction
+    let fast: Vec<DVec2> = (0..=75).map(|k| DVec2::X * 0.04 * f64::from(k)).collect();
+    let fast = measured(&path, &fast, &[0; 76], |_| true);
+    assert!((fast.stray.longest.length - 3.0).abs() < 1e-9);
+}

@@ -12,6 +12,7 @@ use meltpath_scan_head::identification::motor::{Identified, identify};
 use meltpath_scan_head::identification::prediction::predict;
 use meltpath_scan_head::identification::ramps::steady_ramps;
 use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
+use meltpath_scan_head::identification::refusal::Refusal;
 use meltpath_scan_head::identification::responses::responses;
 use meltpath_scan_head::identification::transfers::{Transfers, motor_of};
 use meltpath_scan_head::servo::compare::run;
@@ -101,6 +102,23 @@ fn lpbf_ac09_direct_identification_of_the_reference_motor() {
 fn with_modes(columns: &[Vec<f64>; 3], method: &Method) -> Identified {
     let search = ModeSearch::default();
     identify_modes(&record(columns), Excitation::Voltage, method, &search).unwrap()
+}
+
+/// An encoder on the load sees the mode with a negative gain, which no motor here has: that is what is said of it.
+#[test]
+fn a_mode_that_is_seen_beyond_its_spring_is_told() {
+    let mut motor = smooth();
+    motor.modes[0].gain = -motor.modes[0].gain;
+    let frequency = motor.modes[0].omega / std::f64::consts::TAU;
+    let found = with_modes(&bench(&motor, 0.5, 6), &Method::default());
+    let told = found.refused.iter();
+    let told: Vec<_> = told.filter(|p| p.why == Refusal::Opposed).collect();
+    assert!(
+        told.iter()
+            .any(|p| (p.frequency / frequency - 1.0).abs() < 0.05),
+        "{:?}",
+        found.refused
+    );
 }
 
 #[test]

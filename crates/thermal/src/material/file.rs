@@ -471,7 +471,7 @@ fn out_of_order(file: &MaterialFile) -> Vec<Problem> {
         celsius(liquidus)
     );
     let order = format!(
-        "consolidation {}, solidus {} and liquidus {} must increase",
+        "consolidation {}, solidus {} and liquidus {} must increase; a pure metal, which melts at one temperature, is written with a solidus 1 K below it",
         celsius(start),
         celsius(solidus),
         celsius(liquidus)
@@ -479,7 +479,19 @@ fn out_of_order(file: &MaterialFile) -> Vec<Problem> {
     let atoms = file.evaporation.as_ref().map_or(0.0, |e| {
         e.besides.iter().map(|component| component.share.0).sum()
     });
+    let boiling = file
+        .evaporation
+        .as_ref()
+        .map_or(f64::INFINITY, |e| e.boiling.0);
     broken([
+        (
+            boiling <= liquidus,
+            file.evaporation.problem(format!(
+                "it boils at {}, which is not above the liquidus, {}: is one of them in another unit?",
+                celsius(boiling),
+                celsius(liquidus)
+            )),
+        ),
         (
             atoms >= 1.0,
             file.evaporation.problem(format!(

@@ -64,9 +64,9 @@ pub enum ThreeMfError {
         /// Packed size, bytes.
         packed: u64,
     },
-    /// A required extension changes shapes in ways that are not supported.
+    /// An extension changes shapes, or adds metal, in ways that are not supported.
     #[error(
-        "part `{part}` requires the 3MF extension {name}, which is not supported: export without it"
+        "part `{part}` needs the 3MF extension {name}, which is not supported: export without it"
     )]
     Extension {
         /// Name of the part.

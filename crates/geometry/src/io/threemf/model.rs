@@ -110,6 +110,20 @@ impl Element {
         }
     }
 
+    /// Refuses what adds metal to a mesh and is not read, whether the file requires it or not.
+    fn adds(self, namespace: &ResolveResult<'_>, name: &str) -> Result<(), Fault> {
+        match namespace {
+            ResolveResult::Bound(Namespace(n))
+                if self == Element::Mesh
+                    && name == "beamlattice"
+                    && n.contains("/beamlattice/") =>
+            {
+                Err(Fault::Extension("beam lattice".to_owned()))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// What an element that starts inside `self` is.
     fn opened(self, start: &BytesStart<'_>, resolver: &NamespaceResolver) -> Result<Self, Fault> {
         let (namespace, local) = resolver.resolve_element(start.name());
@@ -120,6 +134,7 @@ impl Element {
                 "the namespace prefix `{prefix}` is not declared"
             )));
         }
+        self.adds(&namespace, local.as_ref())?;
         let element = if is_core && self != Element::Foreign {
             self.child(local.as_ref())
         } else {

@@ -68,8 +68,7 @@ pub(in crate::ebm) fn ends(
     section: impl Fn(&Field, &Classes) -> Tally,
 ) -> Ends {
     let material = &settings.material;
-    let on = path.points().iter().filter(|p| p.is_on());
-    let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
+    let radius = widest(std::iter::once(path));
     let pool = pool_limit(material, radius, settings.job.ebm.chamber.0);
     let surface_ends = pool.map(|limit| {
         let pressure = limit.pressure;
@@ -115,6 +114,24 @@ pub(in crate::ebm) fn ends(
         known: pool.is_some(),
         hottest: [as_set, change],
     }
+}
+
+/// The first end of a pool of conduction under the widest spot of some paths, K.
+pub(super) fn first_end(settings: &Settings, paths: &[BeamPath]) -> f64 {
+    let pool = pool_limit(
+        &settings.material,
+        widest(paths.iter()),
+        settings.job.ebm.chamber.0,
+    );
+    let laws = settings.material.range[1];
+    pool.map_or(laws, |limit| limit.kelvin.min(laws))
+}
+
+/// Half the widest spot of the lit beam of some paths, mm.
+fn widest<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> f64 {
+    let points = paths.flat_map(BeamPath::points);
+    let on = points.filter(|p| p.is_on());
+    0.5 * on.map(|p| p.spot).fold(0.0, f64::max)
 }
 
 impl Passed {
@@ -177,8 +194,7 @@ pub(in crate::ebm) fn tell_of_window(
     [low, high]: [f64; 2],
     reporter: &Reporter,
 ) {
-    let on = path.points().iter().filter(|p| p.is_on());
-    let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
+    let radius = widest(std::iter::once(path));
     let Some(limit) = pool_limit(&settings.material, radius, settings.job.ebm.chamber.0) else {
         return;
     };

@@ -47,6 +47,11 @@ pub(in crate::ebm) fn checks(plan: &Plan, outcome: &Outcome) -> Vec<Check> {
     let spots = path.points().iter().map(|p| p.spot);
     let smallest = spots.fold(f64::INFINITY, f64::min);
     let mut checks = of_temperatures((&plan.settings, smallest), outcome);
+    let judged = outcome.judged.as_ref();
+    let judged = judged.map(|j| j.better.as_ref().unwrap_or(&j.given));
+    if let Some(lower) = judged.and_then(|path| path.lower) {
+        checks = lower.on(checks);
+    }
     let ground = plan.settings.judge.as_ref().map(|judging| judging.ground);
     if ground == Some(JudgeGround::ThesisBox) {
         checks = checks.into_iter().map(on_thesis_box).collect();

@@ -28,6 +28,33 @@ pub struct Boiling {
     pub layer: Option<u32>,
 }
 
+impl Boiling {
+    /// Of marks of a power, W, and speed, mm/s, that end at a place of a layer; `None` where the material tells no boiling point.
+    pub(super) fn of(
+        settings: &HeatSettings,
+        kind: Role,
+        [power, speed]: [f64; 2],
+        (end, layer): ([f64; 2], Option<u32>),
+    ) -> Option<Boiling> {
+        let (material, medium) = (&settings.material, &settings.medium);
+        let absorbed = settings.absorptivity * power;
+        let number = boiling_number(material, medium, absorbed, speed, settings.spot)?;
+        let laser = Laser {
+            power,
+            speed,
+            spot: settings.spot,
+            flat: settings.absorptivity,
+        };
+        Some(Boiling {
+            kind,
+            number,
+            keyhole: keyhole(material, medium.ambient, laser),
+            end,
+            layer,
+        })
+    }
+}
+
 /// The keyhole number, by the law alone where that was not measured.
 pub(super) fn by_law(boiling: &Boiling) -> f64 {
     match &boiling.keyhole {
@@ -41,7 +68,7 @@ pub(super) fn status(boiling: &Boiling) -> Status {
     match &boiling.keyhole {
         Ok(told) if told.mode == Mode::Keyhole => Status::Warn,
         // two laws that disagree
-        Ok(told) if told.mode == Mode::Conduction && boiling.number > BOILING[1] => Status::Warn,
+        Ok(_) if boiling.number > BOILING[1] => Status::Warn,
         Ok(_) => Status::Pass,
         Err(beyond) if beyond.number >= FULL_KEYHOLE => Status::CannotSay,
         Err(_) if boiling.number <= BOILING[0] => Status::Pass,
@@ -81,26 +108,9 @@ impl<'a> Hottest<'a> {
             {
                 continue;
             }
-            let settings = self.settings;
-            let (material, medium) = (&settings.material, &settings.medium);
-            let absorbed = settings.absorptivity * v.power;
-            let Some(number) = boiling_number(material, medium, absorbed, v.speed, settings.spot)
-            else {
-                continue;
-            };
-            let laser = Laser {
-                power: v.power,
-                speed: v.speed,
-                spot: settings.spot,
-                flat: settings.absorptivity,
-            };
-            self.found.push(Boiling {
-                kind: v.kind,
-                number,
-                keyhole: keyhole(material, medium.ambient, laser),
-                end: [v.end.x, v.end.y],
-                layer,
-            });
+            let end = ([v.end.x, v.end.y], layer);
+            let found = Boiling::of(self.settings, v.kind, [v.power, v.speed], end);
+            self.found.extend(found);
             self.found = kept(&self.found);
         }
     }

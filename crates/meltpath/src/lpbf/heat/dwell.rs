@@ -1,4 +1,4 @@
-//! Whether a lit beam that stands between marks boils what is below it.
+//! Whether a lit beam that stands boils what is below it.
 //!
 //! Laws of keyholes are those of beams that move: of one that stands and boils, how deep it digs is not said.
 
@@ -10,8 +10,11 @@ use meltpath_scan_head::head::vector::ScanJob;
 use super::RecipeHeat;
 use super::beam::while_it_stands;
 use super::boiling::BOILING;
+use super::standing::Cause;
 
 const REMEDY: &str = "no wait between marks (polygon_wait = \"0 ms\"), or power that follows the speed (power_down_to of the recipe); waits at some corners alone stand in the file of the layers";
+
+const SETTLES: &str = "light that goes off before the spot stands: a shorter laser-off delay (lpbf.delays = \"tuned\"), or power that follows the speed (power_down_to of the recipe)";
 
 /// Share of the energy from which on waits are told to bring most of it.
 const MOST: f64 = 0.5;
@@ -20,9 +23,13 @@ const MOST: f64 = 0.5;
 pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> Option<Check> {
     let standing = heat.standing?;
     let id = format!("dwell-{number}");
-    let title = format!("{recipe}: boiling number where the lit beam stands between marks");
+    let title = format!("{recipe}: boiling number where the lit beam stands");
+    let (how, remedy) = match standing.cause {
+        Cause::Wait => ("between marks", REMEDY),
+        Cause::Motion => ("as simulated", SETTLES),
+    };
     let told = format!(
-        "{} W stand for {} ms",
+        "{} W stand for {} ms {how}",
         significant(standing.power, 3),
         significant(1e3 * standing.wait, 3)
     );
@@ -55,7 +62,7 @@ pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> 
         layer: standing.layer,
         ..Place::at([x, y, 0.0])
     };
-    Some(check.at(place).remedy(REMEDY))
+    Some(check.at(place).remedy(remedy))
 }
 
 /// Tells waits in the light that bring more energy than the marks do.

@@ -1,13 +1,17 @@
 //! Whether vapour digs keyholes, which leave pores where they collapse: that what conducts melts through says nothing of them.
 
+use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_thermal::pool::keyhole::{FULL_KEYHOLE, Mode};
 
 use super::RecipeHeat;
 use super::boiling::{Boiling, by_law, status};
 use super::judge::dug;
+use super::pace::Slow;
 
 const REMEDY: &str = "less power, faster marks, a wider spot or a colder bed; or look for pores in sections of your own builds";
+
+const AT_SPEED: &str = "light on a spot that runs at its speed: a run up to the lines (run_in of the recipe) and light off before they end, longer pieces, or power that follows the speed (power_down_to)";
 
 /// How far the marks of a recipe are from keyholes: passes where all conduct or vapour only presses on the melt, where that was
 /// measured; else it is to be looked at, and where a full keyhole lies outside of what was measured nothing can be said.
@@ -38,7 +42,40 @@ pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> 
         layer: worst.layer,
         ..Place::at([x, y, 0.0])
     };
-    check.at(place).remedy(REMEDY)
+    let check = check.at(place).remedy(REMEDY);
+    match heat.slowest.as_ref().filter(|slow| slow.is_off()) {
+        Some(slow) if by_law(&slow.boiling) > by_law(worst) => as_run(check, slow),
+        _ => check,
+    }
+}
+
+/// The check, with what the spot does where it runs otherwise than its mark is commanded.
+fn as_run(check: Check, slow: &Slow) -> Check {
+    let [speed, commanded] = slow.speeds.map(|v| significant(v, 3));
+    let number = by_law(&slow.boiling);
+    let told = format!(
+        "that is as commanded: as simulated the spot runs at {speed} mm/s of {commanded} mm/s over its own length or more: keyhole number {number:.1}, boiling number {:.1} there, by laws of steady marks",
+        slow.boiling.number
+    );
+    let status = slow.status();
+    if status <= check.status {
+        return check.because(&told);
+    }
+    let value = Measure {
+        sigma: None,
+        ..Measure::exact(number, "")
+    };
+    let check = Check {
+        status,
+        value: Some(value),
+        ..check
+    };
+    let [x, y] = slow.boiling.end;
+    let place = Place {
+        layer: slow.boiling.layer,
+        ..Place::at([x, y, 0.0])
+    };
+    check.because(&told).at(place).remedy(AT_SPEED)
 }
 
 fn reason(boiling: &Boiling) -> String {
@@ -47,6 +84,10 @@ fn reason(boiling: &Boiling) -> String {
         (Status::Pass, Ok(told)) if told.mode == Mode::Conduction => {
             format!("the laser conducts; {king}")
         }
+        (Status::Warn, Ok(told)) if told.mode == Mode::Transition => format!(
+            "by Gan et al. 2021 vapour presses on the melt, a full keyhole begins at the limit, by King et al. 2014 it digs one ({king}); {}",
+            dug(boiling)
+        ),
         (Status::Pass, Err(_)) => format!("the surface is far from boiling; {king}"),
         (Status::Pass, Ok(_)) => {
             format!(
@@ -126,5 +167,39 @@ mod tests {
         };
         assert_eq!(judged(0.9, 293.15, narrow).0, Status::Warn);
         assert_eq!(judged(0.4, 293.15, narrow).0, Status::Pass);
+    }
+
+    /// Where the spot runs slower than its mark, its own speed decides.
+    #[test]
+    fn a_spot_that_slows_down_into_a_keyhole_does_not_pass() {
+        let text = meltpath_data::materials::IN625_LASER.text;
+        let alloy = read(text, Readings::default()).unwrap();
+        let slow = |speed: f64| {
+            let laser = Laser {
+                power: 230.0,
+                speed,
+                spot: 0.1,
+                flat: 0.33,
+            };
+            Slow {
+                boiling: Boiling {
+                    kind: Role::Fill,
+                    number: 0.9,
+                    keyhole: keyhole(&alloy, 293.15, laser),
+                    end: [1.0, 2.0],
+                    layer: Some(3),
+                },
+                speeds: [speed, 1000.0],
+            }
+        };
+        let passed = || Check::judge("k", "K", Measure::exact(3.0, ""), Limit::AtMost(6.0));
+        let check = as_run(passed(), &slow(250.0));
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        assert!(check.value.as_ref().unwrap().value > 6.0);
+        assert!(check.reason.contains("250 mm/s of 1000 mm/s"), "{check:?}");
+        assert_eq!(check.place.unwrap().layer, Some(3));
+        let check = as_run(passed(), &slow(800.0));
+        assert_eq!(check.status, Status::Pass, "{check:?}");
+        assert!(check.reason.contains("800 mm/s"), "{check:?}");
     }
 }

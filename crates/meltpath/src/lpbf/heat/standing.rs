@@ -1,4 +1,5 @@
-//! Where a lit beam stands between marks, and how hot it makes what is below it: a wait from mark to mark is one in the light.
+//! Where a lit beam stands, and how hot it makes what is below it: a wait from mark to mark is one in the light, and so is what laser delays
+//! leave of one between a mark and a jump.
 //!
 //! The middle of a standing Gaussian spot has a closed form ([`standing_rise`]); the mark that led there has warmed it before, as much at
 //! the most as if the beam had stood for the time that it takes over its own spot.
@@ -10,9 +11,20 @@ use meltpath_thermal::pool::fusion::standing_rise;
 use super::beam::while_it_stands;
 use super::settings::HeatSettings;
 
-/// A beam that stands in the light between two marks.
+/// Why a beam stands in the light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// A wait from mark to mark.
+    Wait,
+    /// The light is on while the simulated spot stands.
+    Motion,
+}
+
+/// A beam that stands in the light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
+    /// Why.
+    pub cause: Cause,
     /// For how long, s.
     pub wait: f64,
     /// With which power, W.
@@ -28,6 +40,28 @@ pub struct Standing {
 }
 
 impl Standing {
+    /// A beam of a power that stands for a time after a mark of a speed, wherever.
+    pub(super) fn of(
+        settings: &HeatSettings,
+        (power, speed): (f64, f64),
+        (wait, cause): (f64, Cause),
+    ) -> Standing {
+        let (medium, spot) = (&settings.medium, settings.spot);
+        let evaporation = settings.material.evaporation.as_ref();
+        let boiling = evaporation.and_then(|e| Some(e.components.first()?.boiling));
+        let absorbed = settings.absorptivity * power;
+        let rise = standing_rise(medium, absorbed, spot, wait + spot / speed);
+        Standing {
+            cause,
+            wait,
+            power,
+            place: [0.0; 2],
+            layer: None,
+            rise,
+            number: boiling.map(|b| rise / (b - medium.ambient).max(1.0)),
+        }
+    }
+
     /// Which of two warms the metal more.
     pub(super) fn hotter(&self, other: &Standing) -> std::cmp::Ordering {
         self.rise.total_cmp(&other.rise)
@@ -40,22 +74,13 @@ pub(super) fn longest(
     (job, layer): (&ScanJob, Option<u32>),
     law: PowerLaw,
 ) -> Option<Standing> {
-    let (medium, spot) = (&settings.medium, settings.spot);
-    let evaporation = settings.material.evaporation.as_ref();
-    let boiling = evaporation.and_then(|e| Some(e.components.first()?.boiling));
     let stands = job.vectors.iter().enumerate();
     let stands = stands.filter_map(|(i, v)| {
         let power = while_it_stands(v, job.vectors.get(i + 1), law);
-        let absorbed = settings.absorptivity * power;
-        let time = v.wait + spot / v.speed;
-        let rise = standing_rise(medium, absorbed, spot, time);
         (power > 0.0).then(|| Standing {
-            wait: v.wait,
-            power,
             place: [v.end.x, v.end.y],
             layer,
-            rise,
-            number: boiling.map(|b| rise / (b - medium.ambient).max(1.0)),
+            ..Standing::of(settings, (power, v.speed), (v.wait, Cause::Wait))
         })
     });
     stands.max_by(Standing::hotter)

@@ -7,6 +7,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::measures::outline::{self, Boundaries, Contours, NEAR, boundaries};
 use meltpath_toolpath::{Layer, Role};
 
+use crate::lpbf::plan::bare_spot::BareSpot;
 use crate::lpbf::plan::cells::Cells;
 use crate::lpbf::plan::work::{Source, Work};
 
@@ -98,11 +99,12 @@ struct Stray {
 /// What was found in the layers of a file.
 #[derive(Debug, Default)]
 struct Found {
-    /// Whether some layer has lines.
+    /// Whether some layer of the file has lines.
     filled: bool,
     /// Areas looked at, and how many of them stay bare by more than they may.
     areas: [usize; 2],
     worst: Option<Bare>,
+    widest: BareSpot,
     stray: Stray,
     doubt: Option<Doubt>,
 }
@@ -110,7 +112,7 @@ struct Found {
 impl Found {
     /// Looks at a layer whose lines lie `hatch` mm apart, for a spot of that diameter, mm.
     fn take(&mut self, layer: &Layer, hatch: f64, spot: f64) {
-        self.filled |= layer.passes().any(|p| p.head.role == Role::Fill);
+        self.filled |= is_filled(layer);
         let mut contours = contours(layer, spot);
         let bounds = boundaries(std::mem::take(&mut contours.rings), hatch);
         if self.doubt.is_none() {
@@ -120,11 +122,10 @@ impl Found {
             return;
         };
         let enclosed = cells.enclosed(&bounds.all);
-        self.bare(
-            layer.number,
-            (&cells, &enclosed),
-            &cells.marked(layer, NEAR * hatch),
-        );
+        let marked = cells.marked(layer, NEAR * hatch);
+        self.bare(layer.number, (&cells, &enclosed), &marked);
+        self.widest
+            .take(layer.number, (&cells, &enclosed), (&marked, hatch));
         for line in fills(layer) {
             self.beside(layer.number, (&cells, &enclosed), line, beside(hatch, spot));
         }
@@ -181,7 +182,11 @@ impl Found {
         if !self.filled {
             return Enclosure::default();
         }
-        let checks = [self.enclosed(), self.strays(beside(hatch, spot))];
+        let checks = [
+            self.enclosed(),
+            self.widest.check(hatch.max(spot)),
+            self.strays(beside(hatch, spot)),
+        ];
         let mut checks: Vec<Check> = checks.into_iter().flatten().collect();
         if let Some(doubt) = &self.doubt {
             if checks.is_empty() {
@@ -220,9 +225,7 @@ impl Found {
             status: Status::CannotSay,
             ..check
         };
-        Some(check.because(&reason).at(place).remedy(
-            "lines that the file lost: hatch the part anew; where contours alone, or lines of other layers, are to fill it, judge a file without these contours",
-        ))
+        Some(check.because(&reason).at(place).remedy(LOST))
     }
 
     fn strays(&self, most: f64) -> Option<Check> {
@@ -261,6 +264,8 @@ impl Found {
     }
 }
 
+/// What to do where lines are missing.
+pub(super) const LOST: &str = "lines that the file lost: hatch the part anew; where contours alone, or lines of other layers, are to fill it, judge a file without these contours";
 const BARE_ID: &str = "enclosed";
 const BARE_TITLE: &str = "largest share of an area within closed contours that no mark comes near";
 
@@ -279,10 +284,17 @@ pub(in crate::lpbf) fn check(work: &Work, hatch: Option<f64>, spot: f64) -> Encl
         let Source::File(file) = &set.source else {
             return None;
         };
-        let hatch = set.hatch.or(hatch)?;
+        let known = set.hatch.or(hatch);
+        // layers that lost all their lines tell no distance of them
+        let hatch = known.unwrap_or(spot);
         let mut found = Found::default();
         let layers = file.layers().ok()?.flatten();
         layers.for_each(|layer| found.take(&layer, hatch, spot));
+        if found.filled {
+            known?;
+        } else {
+            found.filled = file.all().ok()?.flatten().any(|layer| is_filled(&layer));
+        }
         Some(found.enclosure(hatch, spot))
     };
     found().unwrap_or_default()
@@ -294,6 +306,10 @@ fn contours(layer: &Layer, spot: f64) -> Contours {
     let lines = passes.flat_map(|p| p.points.windows(2).map(move |two| (p.head.part, two)));
     let flat = lines.map(|(part, two)| (part, [two[0].truncate(), two[1].truncate()]));
     outline::contours(flat, spot)
+}
+
+fn is_filled(layer: &Layer) -> bool {
+    layer.passes().any(|p| p.head.role == Role::Fill)
 }
 
 /// The lines of its fills.
@@ -400,6 +416,35 @@ mod tests {
             thin.polyline(head, ends);
         }
         assert!(!passes(&[thin]));
+    }
+
+    /// What is a small share of a large area may be an island that nobody marks.
+    #[test]
+    fn an_island_that_is_left_out_is_told() {
+        let large = [0.0, 0.0, 20.0, 10.0];
+        let around = [
+            [0.0, 0.0, 20.0, 4.0],
+            [0.0, 4.0, 9.0, 6.0],
+            [10.5, 4.0, 20.0, 6.0],
+            [0.0, 6.0, 20.0, 10.0],
+        ];
+        let island = layer(&[(large, 1.0)], &around);
+        assert!(passes(std::slice::from_ref(&island)));
+        let spot = |layers: &[Layer]| {
+            let mut checks = told(layers).checks.into_iter();
+            checks.find(|c| c.id == "bare-spot")
+        };
+        let check = spot(&[island]).unwrap();
+        assert_eq!(check.status, Status::CannotSay);
+        // 1.5 mm between the ends of the lines
+        assert!((check.value.unwrap().value - 1.5).abs() < 0.15);
+        let [x, y, _] = check.place.unwrap().position.unwrap();
+        assert!((x - 9.75).abs() < 0.2 && (4.5..5.5).contains(&y));
+        // three lines that miss side by side are narrower
+        let lines = [[0.0, 0.0, 20.0, 4.0], [0.0, 4.3, 20.0, 10.0]];
+        let band = layer(&[(large, 1.0)], &lines);
+        assert_eq!(spot(&[band]), None);
+        assert_eq!(spot(&[layer(&[(large, 1.0)], &[large])]), None);
     }
 
     /// A hatch that runs across, as one along: cells are looked for along each line alone.

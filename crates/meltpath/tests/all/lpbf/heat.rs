@@ -314,3 +314,38 @@ fn layers_of_other_recipes_and_thicknesses_are_judged() {
     let told = judged(&[(1, 0.0, 90.0), (2, 0.0, 90.0)], "").unwrap_err();
     says(&told, &["how thick layer 1 is", "heat.layer"]);
 }
+
+/// A laser-off delay that outlasts the wait after a mark leaves the light on a spot that stands, and light on the jump back: the same beam
+/// as one that waits between marks.
+#[test]
+fn light_that_outlasts_its_marks_is_judged() {
+    let place = tempfile::tempdir().unwrap();
+    let head = "delays = \"recipe\"\n[plate]\nblock = [1, 1]\nside = \"3 mm\"\nhatch = \"0.05 mm\"\n[heat]\nlayer = \"10 µm\"";
+    let own = "delays = \"recipe\"\nlayers = \"stack.csv\"\n[layers]\nrange = [1, 1]\n[heat]\n";
+    fs::write(place.path().join("stack.csv"), stack(&[(1, 0.01, 90.0)])).unwrap();
+    let judged = |off: &str| {
+        let recipe = soft("70 W");
+        let lines = recipe.lines().map(|line| match line.split_once(" = ") {
+            Some(("laser_off_delay", _)) => {
+                format!("laser_off_delay = {{ value = \"{off}\", source = \"own\" }}")
+            }
+            _ => line.to_owned(),
+        });
+        let recipe = lines.collect::<Vec<_>>().join("\n");
+        run(place.path(), &JOB.replace(head, own), &recipe)
+            .unwrap()
+            .verdict
+    };
+    let status = |verdict: &meltpath_base::Verdict, id: &str| {
+        let check = verdict.checks.iter().find(|c| c.id == id);
+        check.map(|c| c.status)
+    };
+    let late = judged("1.2 ms");
+    assert_eq!(status(&late, "dwell-1"), Some(Status::CannotSay));
+    let usual = judged("107 µs");
+    assert!(!matches!(
+        status(&usual, "dwell-1"),
+        Some(Status::CannotSay | Status::Fail)
+    ));
+    assert_eq!(status(&usual, "stray-1"), Some(Status::Pass));
+}

@@ -130,11 +130,18 @@ fn a_badly_filled_layer_fails_whatever_the_others() {
         &["the worst layer or square of 5", "of their whole surface"],
     );
 
-    // contours alone have no fill rate
+    // contours alone have no fill rate: a limit that is written of it cannot be kept, nor passed over
     write(dir.path(), "a.cli", cli(&[None, None], 2));
     let told = verdict(dir.path(), &job("a.cli", &tables(2)));
-    assert!(told.checks.iter().all(|c| c.id != "fill-1"), "{told:?}");
+    assert_eq!(check(&told, "fill-1").status, Status::CannotSay);
+    assert!(told.checks.iter().all(|c| c.id != "enclosed"), "{told:?}");
     assert_eq!(check(&told, "contour-1").status, Status::Pass);
+    // a layer that lost its lines is one of a file that has some, whichever is judged
+    write(dir.path(), "a.cli", cli(&[Some(0.05), None], 2));
+    let told = verdict(dir.path(), &job("a.cli", "[layers]\nrange = [2, 2]\n"));
+    let bare = check(&told, "enclosed");
+    assert_eq!(bare.status, Status::CannotSay, "{bare:?}");
+    assert!(bare.value.as_ref().unwrap().value > 90.0, "{bare:?}");
 }
 
 /// The same lines anywhere under the head have the same fill rate, which is no more than the spot's width over their distance, and less by

@@ -48,6 +48,24 @@ fn laws_that_do_not_reach_the_melt_are_refused() {
     assert_eq!(sources(TITANIUM).unwrap().len(), 7);
 }
 
+/// A metal that boils before it is molten is a slip of units; a pure one has a solidus all the same.
+#[test]
+fn what_boils_before_it_melts_is_refused() {
+    let nickel = meltpath_data::materials::IN625_LASER.text;
+    let told = |from: &str, to: &str| {
+        let text = nickel.replacen(from, to, 1);
+        read(&text, Readings::default()).unwrap_err().to_string()
+    };
+    let error = told("value = 2913.0", "value = 1173.0");
+    assert!(error.contains("it boils at 1173 °C"), "{error}");
+    let at = nickel.find("[solidus]").unwrap();
+    let solidus = nickel[at..].lines().nth(1).unwrap();
+    let at = nickel.find("[liquidus]").unwrap();
+    let liquidus = nickel[at..].lines().nth(1).unwrap();
+    let error = told(solidus, liquidus);
+    assert!(error.contains("a solidus 1 K below it"), "{error}");
+}
+
 #[test]
 fn readings_change_what_they_say() {
     let read = |readings| read(TITANIUM, readings).unwrap();
