@@ -22,6 +22,7 @@ mod path;
 mod positions;
 mod refusal;
 mod source;
+mod turned;
 mod turns;
 mod zones;
 

@@ -17,12 +17,14 @@ mod select;
 mod set;
 mod switched;
 mod tables;
+mod turned;
 mod variables;
 mod with;
 mod words;
 mod write;
 
 pub use parse::read;
+pub(crate) use turned::turns;
 pub use words::{KrlWords, WeaveAmplitude};
 pub use write::write;
 

@@ -40,6 +40,28 @@ impl<T> Said<T> {
     }
 }
 
+/// How the tool is turned along moves by a path.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Orientation {
+    /// From how it is turned at the begin to how it is taught at the end.
+    #[default]
+    Taught,
+    /// It stays as it is turned at the begin.
+    Kept,
+    /// As the controller leads the wrist.
+    Free,
+}
+
+/// What the tool is turned by along a circle.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Round {
+    /// The frame of its points.
+    #[default]
+    Frame,
+    /// The direction of the path.
+    Path,
+}
+
 /// What a line sets.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Sets {
@@ -49,6 +71,10 @@ pub(crate) enum Sets {
     Acceleration(Option<Acceleration>),
     /// Distance, mm, at which rounded corners are left; nothing where it is not known.
     Distance(Option<f64>),
+    Orientation(Orientation),
+    Round(Round),
+    /// What sets motion back to what is usual on the controller: of the tool's turns it is not known what that is.
+    Usual,
     /// Speed of the weld data that are on, mm/s; nothing where none are, or their speed is not known.
     Weld(Option<f64>),
     /// How the torch swings, where the routine's own lines have it so already.
@@ -62,6 +88,8 @@ pub(crate) struct Now {
     pub(crate) joints: Option<f64>,
     pub(crate) acceleration: Said<Acceleration>,
     pub(crate) distance: Said<f64>,
+    pub(crate) orientation: Orientation,
+    pub(crate) round: Round,
     pub(crate) weld: Option<f64>,
 }
 
@@ -72,6 +100,8 @@ pub(crate) struct Own {
     pub(crate) joints: Option<f64>,
     pub(crate) acceleration: Said<Acceleration>,
     pub(crate) distance: Said<f64>,
+    pub(crate) orientation: Option<Orientation>,
+    pub(crate) round: Option<Round>,
     /// User and tool frame.
     pub(crate) frames: (Option<u32>, Option<u32>),
 }

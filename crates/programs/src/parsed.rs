@@ -84,6 +84,11 @@ pub enum ParseError {
         /// What a program of it has.
         wanted: &'static str,
     },
+    /// A name of a project's data, or a value of one, that stands twice.
+    #[error(
+        "{0} stands twice in the data of the project (.dtx): which of them counts is not known; keep one"
+    )]
+    Repeated(String),
     /// A project in inches.
     #[error(
         "the project is in inches (millimeterUnit=\"false\" in its .pjx); set it to millimetres on the controller, so that its points are converted, and export it again"

@@ -10,9 +10,16 @@ use meltpath_base::{Silent, Status, Verdict, Warning};
 
 /// The program of a thin wall's run, with its text and its job.
 fn written(folder: &Path) -> (String, PathBuf) {
+    written_with(folder, "")
+}
+
+/// See [`written`]; its layers are so.
+fn written_with(folder: &Path, layers: &str) -> (String, PathBuf) {
     let job = thin_wall(
         folder,
-        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 3\n[simulation]\ncell = \"1 mm\"\n",
+        &format!(
+            "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 3\n{layers}[simulation]\ncell = \"1 mm\"\n"
+        ),
     );
     let outcome = run(&job, NextIn(&folder.join("runs")), &Silent).unwrap();
     let mut files = fs::read_dir(outcome.folder.join("program")).unwrap();
@@ -53,6 +60,31 @@ fn an_edited_feed_is_judged_by_what_the_program_says() {
         &["fed at 1.50 m/min, planned 8.00 m/min"],
     );
     assert_eq!(told(&weak).place.as_ref().unwrap().layer, Some(1));
+}
+
+#[test]
+fn pauses_that_were_taken_out_or_shortened_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let (text, job) = written_with(dir.path(), "pause = \"30 s\"\n");
+    let same = simulated(dir.path(), &text, &job);
+    assert!(!warned(&same, "pauses"), "{:?}", same.warnings);
+    let waits = |line: &&str| line.contains("WAIT") && line.contains("30.00(sec)");
+    let wait = text.lines().find(waits).unwrap();
+    let short = text.replace("30.00(sec)", "3.00(sec)");
+    let without = text.replace(wait.split_once(':').unwrap().1, "  ;");
+    for (edited, found) in [(short, "3.0 s"), (without, "0.0 s")] {
+        let verdict = simulated(dir.path(), &edited, &job);
+        let told = verdict.warnings.iter().find(|w| w.code == "pauses");
+        let told = told.unwrap_or_else(|| panic!("{:?}", verdict.warnings));
+        let line = &format!("{found}, planned 30.0 s, line ");
+        says(
+            &told.message,
+            &["a bead of layer 2", line, "and 1 pause more"],
+        );
+        // what is laid is the plan's all the same
+        assert!(!warned(&verdict, "edited"), "{:?}", verdict.warnings);
+        assert!(verdict.checks.iter().any(|c| c.id == "overhang"));
+    }
 }
 
 #[test]

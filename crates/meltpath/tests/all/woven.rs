@@ -9,7 +9,7 @@ use meltpath::waam::{examine, read_toolpath, run, simulate_program};
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_toolpath::{Event, Weave, WeaveShape};
 
-const METAL: [&str; 5] = ["lack", "excess", "stock", "flatness", "height"];
+const METAL: [&str; 6] = ["lack", "excess", "stock", "flatness", "height", "overhang"];
 const SINE: &str =
     "shape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\ndwell_right = \"0.1 s\"\n";
 const ZIGZAG: &str = "shape = \"triangle\"\nfrequency = \"2 Hz\"\namplitude = \"2 mm\"\n";

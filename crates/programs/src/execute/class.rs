@@ -31,6 +31,7 @@ pub fn becomes(dialect: Dialect, text: &str) -> Becomes {
         | Effect::WeaveEnd
         | Effect::Abort
         | Effect::Stops
+        | Effect::Turns(_)
         | Effect::Ahead(_) => Becomes::Executed,
         Effect::Wait | Effect::Pause | Effect::Passive => Becomes::Passed,
         Effect::Interrupts(_) | Effect::Shapes(_) => Becomes::Told,

@@ -1,6 +1,8 @@
 //! What lines that are kept verbatim do to the execution: every line shapes no metal, or is executed, or is told as a gap.
 
 use super::gap::Missing;
+use crate::krl;
+use crate::modal::{Orientation, Sets};
 use crate::program::{Dialect, JOINTS_AT};
 use crate::rapid::harmless;
 use crate::scan::{is_variable, routine_name, strip_word};
@@ -29,6 +31,8 @@ pub(super) enum Effect {
     Stops,
     /// Says whether moves are prepared ahead: without that every one ends at a standstill.
     Ahead(bool),
+    /// Says how moves turn the tool.
+    Turns(Sets),
     /// Shapes no metal.
     Passive,
     /// Runs a program whenever something comes true: its name.
@@ -124,8 +128,6 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "$H_POS",
                 "$ACC",
                 "CONTINUE",
-                "$ORI_TYPE",
-                "$CIRC_TYPE",
                 "$LOAD",
                 "PDAT_ACT",
                 "SET_CD_PARAMS",
@@ -183,9 +185,15 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
     let line: String = text.split_whitespace().collect();
     let line = line.to_ascii_uppercase();
     let begins = |words: &[&str]| words.iter().any(|w| line.starts_with(w));
-    if dialect == Dialect::Krl
-        && let Some(effect) = ahead(&line).or_else(|| interrupt(text))
-    {
+    let own = match dialect {
+        Dialect::Krl => ahead(&line).or_else(|| interrupt(text)).or_else(|| {
+            let set = krl::turns(&line)?;
+            Some(Effect::Turns(set))
+        }),
+        Dialect::Rapid => near_singularities(&line, text),
+        _ => None,
+    };
+    if let Some(effect) = own {
         return effect;
     }
     // what it ends was told where it began
@@ -231,6 +239,16 @@ fn ahead(line: &str) -> Option<Effect> {
     }
     let moves: u32 = line.strip_prefix("$ADVANCE=")?.parse().ok()?;
     Some(Effect::Ahead(moves > 0))
+}
+
+/// What a line of an ABB says of how the wrist is led near singularities.
+fn near_singularities(line: &str, text: &str) -> Option<Effect> {
+    Some(match line.strip_prefix("SINGAREA")? {
+        "\\OFF" => Effect::Turns(Sets::Orientation(Orientation::Taught)),
+        "\\WRIST" => Effect::Turns(Sets::Orientation(Orientation::Free)),
+        // the fourth axis is held, whatever is taught
+        _ => Effect::Shapes(Missing::Setting(text.to_owned())),
+    })
 }
 
 /// What a KUKA runs where it stops by itself: it lays no metal.

@@ -32,6 +32,11 @@ pub enum Missing {
     /// A position of a bead of which only the joints are told, or nothing.
     #[error("{0} {1}: the move is left out")]
     JointPosition(String, NoPose),
+    /// A joint move with the arc on.
+    #[error(
+        "the arc burns along a joint move, whose path is the robot's business: the move is left out"
+    )]
+    JointBead,
     /// A word that changes where a move goes.
     #[error("the place of this move is changed by {0}: the move is left out")]
     Offset(String),
@@ -156,6 +161,14 @@ pub enum Missing {
         "{0} is not followed along this bead: it begins and ends too slowly, with too much metal"
     )]
     Acceleration(String),
+    /// The tool is turned otherwise at the ends of a move, and the controller leads it between them.
+    #[error(
+        "the controller leads the wrist along this move ({0}), and the tool is not known to be turned at its end as at its begin: how it is turned between them is not followed"
+    )]
+    Turns(String),
+    /// A move along which the tool is turned by what is not followed.
+    #[error("how the tool is turned along this move and at its end ({0}) is not followed")]
+    Turned(String),
     /// A word of a bead's move that is not known.
     #[error("what {0} does to this bead is not known")]
     Word(String),
@@ -191,6 +204,9 @@ pub enum NoPose {
     /// It says nothing that can be read.
     #[error("is not taught")]
     Untaught,
+    /// It tells a place without saying how the arm stands there.
+    #[error("has no CONFIG, without which a FANUC takes no place")]
+    NoConfig,
     /// It is told in other units than this dialect's.
     #[error("is told in another unit than mm and deg")]
     Unit,
@@ -210,6 +226,9 @@ impl NoPose {
     fn remedy(self) -> &'static str {
         match self {
             NoPose::Untaught => "teach the position, and export the program again",
+            NoPose::NoConfig => {
+                "write the CONFIG of the position (CONFIG : 'N U T, 0, 0, 0',), or export the program again from the controller"
+            }
             NoPose::Unit => "write X, Y, Z in mm and W, P, R in deg, as the controller does",
             NoPose::NoRobot => {
                 "name the arm in the job (machine.robot), or give the position by place and orientation"
@@ -223,6 +242,11 @@ impl NoPose {
         }
     }
 }
+
+const TURN_EVENLY: &str = "let the controller turn the tool evenly to what is taught ($ORI_TYPE=#VAR and $CIRC_TYPE=#BASE, no Wjnt, SingArea\\Off, mode=0), or teach the same orientation at both ends";
+const LAY_ALONG_PATHS: &str =
+    "lay the bead by a move along a path (L, C, LIN, MoveL), or end the arc before the joint move";
+const TELL_PLACES: &str = "give the position in the program by place and orientation, its offset included; variables that it names must be set from numbers in the routine that moves, before it does";
 
 impl Missing {
     /// What it leaves open of the arm's motion.
@@ -249,8 +273,10 @@ impl Missing {
             | Missing::Circle(_)
             | Missing::Begins
             | Missing::JointPosition(..)
+            | Missing::JointBead
             | Missing::Offset(_)
             | Missing::OnTheWay(_)
+            | Missing::Turns(_)
             | Missing::Termination(_)
             | Missing::Blend
             | Missing::Zone(..) => Open::Moves,
@@ -265,6 +291,7 @@ impl Missing {
             | Missing::Call(_)
             | Missing::MayEnd(_)
             | Missing::Setting(_)
+            | Missing::Turned(_)
             | Missing::Word(_)
             | Missing::Value(_)
             | Missing::Unknown(_) => Open::Places,
@@ -281,9 +308,8 @@ impl Missing {
                 "write frequency, amplitude and dwells of the weave in the program as they are on the controller, with their units"
             }
             Missing::JointPosition(_, why) => why.remedy(),
-            Missing::Position(_) | Missing::Offset(_) => {
-                "give the position in the program by place and orientation, its offset included"
-            }
+            Missing::JointBead => LAY_ALONG_PATHS,
+            Missing::Position(_) | Missing::Offset(_) => TELL_PLACES,
             Missing::Circle(_) => {
                 "give three points of a circle that are apart; a full circle takes two moves"
             }
@@ -364,6 +390,7 @@ impl Missing {
             Missing::MayEnd(_) => {
                 "take the condition out, and simulate what the program does with it and without it"
             }
+            Missing::Turns(_) | Missing::Turned(_) => TURN_EVENLY,
             Missing::Value(_) => {
                 "write the numbers in their places, or set the variable in the routine that moves, from numbers"
             }

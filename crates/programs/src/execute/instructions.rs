@@ -89,7 +89,11 @@ impl Machine<'_> {
                 self.note("line-passed-over", first_word(text));
             }
             Effect::Position => self.set_position(text),
-            Effect::Passive | Effect::Stops | Effect::Ahead(_) | Effect::Interrupts(_) => {
+            Effect::Passive
+            | Effect::Stops
+            | Effect::Ahead(_)
+            | Effect::Turns(_)
+            | Effect::Interrupts(_) => {
                 self.note("line-passed-over", first_word(text));
             }
             Effect::Shapes(why) => self.gap(why),
@@ -119,6 +123,7 @@ impl Machine<'_> {
             Effect::Abort => return Ok(self.end_all(text)),
             Effect::Wait | Effect::Pause => self.stand(text),
             Effect::Interrupts(name) => self.interrupts(&name, text),
+            Effect::Turns(set) => self.set_to(&set),
             Effect::Shapes(why) => self.gap(why),
             Effect::Weave => self.begin_weave(text),
             Effect::WeaveEnd => self.weave = None,

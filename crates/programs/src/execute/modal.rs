@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Machine, ProgramError};
-use crate::modal::{Own, Said, Sets};
+use crate::modal::{Orientation, Own, Said, Sets};
 use crate::program::{BY_DISTANCE, MotionInstruction, MotionKind, Speed, Termination};
 
 impl Machine<'_> {
@@ -11,15 +11,26 @@ impl Machine<'_> {
     pub(super) fn take_in(&mut self, program: usize, at: usize) {
         let programs = self.programs;
         for set in programs[program].modal.sets.get(&at).into_iter().flatten() {
-            match set {
-                Sets::Speed(speed) => self.now.speed = Some(speed.clone()),
-                Sets::Joints(share) => self.now.joints = Some(*share),
-                Sets::Acceleration(said) => self.now.acceleration = Said::As(said.clone()),
-                Sets::Distance(distance) => self.now.distance = Said::As(*distance),
-                Sets::Weld(speed) => self.now.weld = *speed,
-                Sets::Weave(Some(weave)) => self.swing(Some(*weave)),
-                Sets::Weave(None) => self.weave = None,
+            self.set_to(set);
+        }
+    }
+
+    /// Takes in what a line sets for the moves to come.
+    pub(super) fn set_to(&mut self, set: &Sets) {
+        match set {
+            Sets::Speed(speed) => self.now.speed = Some(speed.clone()),
+            Sets::Joints(share) => self.now.joints = Some(*share),
+            Sets::Acceleration(said) => self.now.acceleration = Said::As(said.clone()),
+            Sets::Distance(distance) => self.now.distance = Said::As(*distance),
+            Sets::Orientation(orientation) => self.now.orientation = *orientation,
+            Sets::Round(round) => self.now.round = *round,
+            Sets::Usual if self.now.orientation == Orientation::Kept => {
+                self.now.orientation = Orientation::Free;
             }
+            Sets::Usual => {}
+            Sets::Weld(speed) => self.now.weld = *speed,
+            Sets::Weave(Some(weave)) => self.swing(Some(*weave)),
+            Sets::Weave(None) => self.weave = None,
         }
     }
 
@@ -31,7 +42,11 @@ impl Machine<'_> {
         let (frame, tool) = own.map(|own| own.frames).unwrap_or_default();
         let before = self.frames;
         self.frames = (frame.or(before.0), tool.or(before.1));
+        let turned = (self.now.orientation, self.now.round);
+        self.now.orientation = own.and_then(|own| own.orientation).unwrap_or(turned.0);
+        self.now.round = own.and_then(|own| own.round).unwrap_or(turned.1);
         self.motion(&as_set)?;
+        (self.now.orientation, self.now.round) = turned;
         if frame.is_some() {
             self.frames.0 = before.0;
         }

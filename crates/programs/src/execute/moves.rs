@@ -13,7 +13,7 @@ use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
     Refusal,
 };
-use crate::fanuc_ls::other_unit;
+use crate::fanuc_ls::{lacks_config, other_unit};
 use crate::orientation::pose;
 use crate::positioner::turned_back;
 use crate::program::{
@@ -84,6 +84,7 @@ impl Machine<'_> {
                 pose.map(|pose| (pose, true))
             }
             Some((_, Coordinates::Unread(text))) if other_unit(text) => Err(NoPose::Unit),
+            Some((_, Coordinates::Unread(text))) if lacks_config(text) => Err(NoPose::NoConfig),
             Some((_, Coordinates::Unread(_))) | None => Err(NoPose::Untaught),
         };
         let (pose, by_joints) = match found {
@@ -305,8 +306,8 @@ impl Machine<'_> {
                 } else {
                     self.gap(Missing::OnTheWay(word.clone()));
                 }
-            } else if coordinated(word) {
-                // told with the place of the positioner
+            } else if coordinated(word) || first_word(word) == "MODE" {
+                // told with the place of the positioner, and with how the tool turns
             } else if let Some(share) = joints_at(word) {
                 if self.arc.is_some() {
                     self.gap(Missing::SlowJoints(share));
@@ -337,7 +338,7 @@ impl Machine<'_> {
     pub(super) fn motion(&mut self, motion: &MotionInstruction) -> Result<(), ProgramError> {
         let joint = motion.kind == MotionKind::Joint;
         if joint && self.arc.is_some() {
-            return Err(self.refuse(Refusal::ArcInJointMove));
+            return self.leave_out(motion, Some(Missing::JointBead));
         }
         let shift = self.further_words(motion);
         self.tell_phases();
@@ -362,6 +363,7 @@ impl Machine<'_> {
         };
         let here = target.pose;
         let frames = self.told_in(frames, via.iter_mut().chain([&mut target]));
+        self.turn(motion, &mut target, frames);
         self.tell_axes(motion, &target);
         let round = via.is_some();
         let kind = match (&motion.kind, via) {

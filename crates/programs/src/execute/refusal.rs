@@ -57,9 +57,6 @@ pub enum Refusal {
     /// A wait that never ends.
     #[error("a wait of {0} s, more than a day")]
     Wait(f64),
-    /// A joint move with arc.
-    #[error("a joint move with the arc on")]
-    ArcInJointMove,
 }
 
 impl Refusal {
@@ -82,9 +79,6 @@ impl Refusal {
             Refusal::Wait(_) => "write the time that is meant, in seconds",
             Refusal::Speed => {
                 "use a speed that the robot has, in mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
-            }
-            Refusal::ArcInJointMove => {
-                "pair each start of the arc with one end, and travel with the arc off"
             }
         }
     }

@@ -89,7 +89,10 @@ impl Machine<'_> {
             {
                 for (value, meaning) in values.iter().zip(told) {
                     match meaning {
-                        ArcValue::Procedure => procedure = self.memory.index(value),
+                        ArcValue::Procedure => match self.memory.index(value) {
+                            None => return Set::default(),
+                            known => procedure = known,
+                        },
                         ArcValue::Schedule => {
                             schedule = self.memory.index(value);
                             called = schedule.and_then(|s| self.settings.called.get(&s));

@@ -163,6 +163,16 @@ pub(crate) fn other_unit(text: &str) -> bool {
     })
 }
 
+/// Whether a group that was not read tells a place, and lacks its CONFIG alone.
+pub(crate) fn lacks_config(text: &str) -> bool {
+    let mut all = entries(text);
+    let said = all
+        .iter()
+        .any(|(key, _)| key.eq_ignore_ascii_case("CONFIG"));
+    all.push(("CONFIG", "''"));
+    !said && matches!(coordinates(&all), Some(Coordinates::Cartesian { .. }))
+}
+
 /// The position as `/POS` holds it.
 pub(super) fn write(text: &mut String, position: &Position) {
     let comment = position.comment.as_ref();

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use super::arc::{Advanced, Crater, WeldData, advanced, crater, weld_data};
 use super::data::{coordinates, fields, number_of, place, text_of};
 use super::entries::{Listed, set};
+use super::turned::{orientation, round};
 use super::words::WeaveAmplitude;
 use crate::held::Holds;
+use crate::modal::{Orientation, Round};
 use crate::parsed::trimmed;
 use crate::program::Coordinates;
 use crate::scan::{strip_word, uncommented};
@@ -26,6 +28,9 @@ pub(super) struct List {
     pub(super) distances: BTreeMap<String, f64>,
     /// Shares of the usual acceleration, %.
     pub(super) accelerations: BTreeMap<String, f64>,
+    /// How moves by these turn the tool, where they say it.
+    pub(super) orientations: BTreeMap<String, Orientation>,
+    pub(super) rounds: BTreeMap<String, Round>,
     pub(super) welds: BTreeMap<String, WeldData>,
     /// How the arc ends by these.
     pub(super) craters: BTreeMap<String, Crater>,
@@ -35,7 +40,15 @@ pub(super) struct List {
     pub(super) rest: Vec<(u32, String)>,
 }
 
+/// The data of moves that every controller holds beside the programs' own: they are the usual ones.
+const USUAL: &str = "LDEFAULT";
+
 impl List {
+    /// Whether it tells these data of moves, or they are the usual ones.
+    pub(super) fn tells(&self, name: &str) -> bool {
+        self.distances.contains_key(name) || name == USUAL
+    }
+
     /// Lines of the rest that nobody here read.
     pub(super) fn unread(&self) -> impl Iterator<Item = &(u32, String)> {
         let read = |line: u32| {
@@ -96,6 +109,10 @@ fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()
         }
         "LDAT" | "PDAT" => {
             let all = fields(value)?;
+            let said = text_of(&all, "ORI_TYP").map(|word| (name.clone(), orientation(&word)));
+            list.orientations.extend(said);
+            let said = text_of(&all, "CIRC_TYP").map(|word| (name.clone(), round(&word)));
+            list.rounds.extend(said);
             if let Some(share) = number_of(&all, "ACC") {
                 list.accelerations.insert(name.clone(), share);
             }

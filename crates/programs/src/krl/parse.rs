@@ -129,6 +129,8 @@ pub(super) struct Routine<'a> {
     pub(super) called: (bool, bool),
     /// Base and tool were selected by lines of their own, whatever the data of positions say.
     pub(super) direct: (bool, bool),
+    /// Frames in others of which it is not known where they lie, as lines write them.
+    pub(super) unknown: Vec<String>,
     /// What the robot holds, where a line says it.
     pub(super) holds: Option<Holds>,
     /// What it holds at each position that is used, at its first use.
@@ -165,6 +167,7 @@ impl Reader<'_> {
                     frames: (None, None),
                     called: (false, false),
                     direct: (false, false),
+                    unknown: Vec::new(),
                     holds: None,
                     used: BTreeMap::new(),
                     form: None,

@@ -2,10 +2,14 @@
 
 use super::entries::{self, Entry, entry};
 use super::parse::Routine;
-use super::tables::Selected;
+use super::tables::{Selected, chained};
 use super::{COUPLED, coupled};
-use crate::program::Instruction;
+use crate::program::{Instruction, TOOL, USER_FRAME};
 use crate::said_frames::{Changed, SetFrame, Which, written_out};
+use crate::scan::tidy;
+
+/// Numbers from here on are those of frames that lie in unknown ones; no program writes out so many.
+const UNKNOWN: u32 = 1_000_001;
 
 impl Routine<'_> {
     /// A line that sets a frame where it lies; nothing where it is none, or not in numbers.
@@ -43,9 +47,29 @@ impl Routine<'_> {
         if let Some(number) = entry(value, table) {
             return Some(self.numbered((which, number)));
         }
-        let pose = self.tables.place(which, value)?;
+        let Some(pose) = self.tables.place(which, value) else {
+            return self.unknown(which, value);
+        };
         let said = &mut self.out.program.said_frames;
         Some(written_out(said.of_mut(which), pose))
+    }
+
+    /// The number of a frame that lies in one of which the program does not say where that is: its line is told. Nothing of other values.
+    fn unknown(&mut self, which: Which, value: &str) -> Option<u32> {
+        (chained(value).len() > 1).then_some(())?;
+        let (what, name) = match which {
+            Which::User => (USER_FRAME, tidy(value)),
+            Which::Tool => (TOOL, tidy(value)),
+        };
+        let known = self.unknown.iter().position(|known| *known == name);
+        let at = known.unwrap_or(self.unknown.len());
+        let number = UNKNOWN + at as u32;
+        if known.is_none() {
+            self.out.program.name_frame(what, number, &name);
+            self.unread(&name);
+            self.unknown.push(name);
+        }
+        Some(number)
     }
 
     /// The number of an entry that is selected: its own, where it does not lie elsewhere on other lines.

@@ -12,8 +12,6 @@ use crate::scan::{finite, number, tidy};
 
 /// The speed of weld data, as programs name it.
 const OF_DATA: &str = ".WELD.VELOCITY";
-/// The data of moves that every controller holds beside the programs' own: they are the usual ones.
-const USUAL: &str = "LDEFAULT";
 
 /// A speed of so many m/s, mm/s: a number, or what plain numbers come to.
 fn metres(text: &str) -> Option<f64> {
@@ -51,7 +49,7 @@ pub(super) fn only(value: &str, field: &str) -> Option<f64> {
 pub(super) fn acceleration_of(list: &List, name: &str) -> Option<Acceleration> {
     match list.accelerations.get(name) {
         Some(share) => Acceleration::share(*share, &format!("ACC {share} of {name}")),
-        None if list.distances.contains_key(name) || name == USUAL => None,
+        None if list.tells(name) => None,
         None => Some(Acceleration::Words(format!("ACC of {name}"))),
     }
 }
@@ -99,6 +97,8 @@ impl Routine<'_> {
     pub(super) fn moves_by(&mut self, name: &str, list: &List) {
         self.blends(list.distances.get(name).copied());
         self.gains(acceleration_of(list, name));
+        self.says(Sets::Orientation(list.orientation(name)));
+        self.says(Sets::Round(list.round(name)));
     }
 
     fn gains(&mut self, acceleration: Option<Acceleration>) {
@@ -120,6 +120,7 @@ impl Routine<'_> {
         match capital(which).as_str() {
             "#INITMOV" => {
                 self.gains(None);
+                self.says(Sets::Usual);
                 // the controller's own, which nobody tells
                 self.drives(SetSpeed::Other(format!("set by {}", tidy(line))));
                 // whether it sets the interpolation back is the controller's

@@ -50,8 +50,14 @@ impl<'a> Tables<'a> {
         }
     }
 
-    /// Where a value lies; nothing where it is not known.
+    /// Where a value lies, frames in frames among them (`BASE_DATA[1]:{X 10,…}`); nothing where it is not known.
     pub(super) fn place(&self, which: Which, value: &str) -> Option<Pose> {
+        let mut places = chained(value).into_iter().map(|own| self.one(which, own));
+        let first = places.next()??;
+        places.try_fold(first, |pose, own| Some(pose.then(own?)))
+    }
+
+    fn one(&self, which: Which, value: &str) -> Option<Pose> {
         let entry = TABLES.into_iter().find_map(|(table, which)| {
             let number = entry(value, table)?;
             Some((which, number))
@@ -119,6 +125,16 @@ impl<'a> Tables<'a> {
         let told = (listed.line, listed.text.clone());
         (!self.is_set(entry)).then_some(told)
     }
+}
+
+/// The frames of a value that lie one in the other: what stands between its operators `:`, those in braces left out.
+pub(super) fn chained(value: &str) -> Vec<&str> {
+    let mut depth = 0_i32;
+    let operator = |c: char| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        c == ':' && depth == 0
+    };
+    value.split(operator).map(str::trim).collect()
 }
 
 /// A frame of the data list.

@@ -4,21 +4,15 @@ use super::data::fields;
 use super::list::{List, capital, holds};
 use super::parse::{Routine, Verb, called};
 use super::set::{acceleration, acceleration_of, only, speed_of};
+use super::turned::{own_orientation, own_round};
 use crate::acceleration::Acceleration;
 use crate::modal::{Own, Said};
 use crate::said_frames::Which;
 use crate::scan::{arguments, number, strip_prefix, tidy};
 
-/// Variables whose values leave the path of the torch's tip and its speed as they are, up to their bracket or point: how the wrist turns, loads,
+/// Variables whose values leave the path of the torch's tip and its speed as they are, up to their bracket or point: loads,
 /// jerk, monitoring.
-const PASSIVE: [&str; 6] = [
-    "$ORI_TYPE",
-    "$CIRC_TYPE",
-    "$LOAD",
-    "$JERK",
-    "$GEAR_JERK",
-    "$COLLMON_TOL_PRO",
-];
+const PASSIVE: [&str; 4] = ["$LOAD", "$JERK", "$GEAR_JERK", "$COLLMON_TOL_PRO"];
 /// Those of joint moves beside.
 const OF_JOINTS: [&str; 2] = ["$VEL_AXIS", "$ACC_AXIS"];
 
@@ -168,6 +162,8 @@ fn drives(own: &mut Own, (name, value): (&str, &str), verb: Verb, list: &List) -
                 None => Some(only(value, "CDIS")?),
             });
         }
+        "$ORI_TYPE" => own.orientation = Some(own_orientation(value, list)),
+        "$CIRC_TYPE" => own.round = Some(own_round(value, list)),
         "$APO.CDIS" => own.distance = Said::As(Some(number(value)?.0)),
         _ => {
             let base = name.split(['[', '.']).next().unwrap_or(name);

@@ -101,7 +101,9 @@ pub(super) struct Routine {
     pub(super) seam: Option<String>,
     /// The weave that is on.
     weave: Option<Weave>,
-    /// Configurations count.
+    /// Configurations count along joint moves, and along paths.
+    bind: [bool; 2],
+    /// Those of the move being read do.
     monitored: bool,
     /// What the robot holds, as the lines before say it.
     holds: Option<Holds>,
@@ -134,6 +136,7 @@ impl Reader {
                     arc: None,
                     seam: None,
                     weave: None,
+                    bind: [true; 2],
                     monitored: true,
                     holds: None,
                 });
@@ -243,9 +246,9 @@ impl Routine {
             return self.motion(path, stage, rest, known);
         }
         match name.to_ascii_uppercase().as_str() {
-            "CONFJ" | "CONFL" => {
+            along @ ("CONFJ" | "CONFL") => {
                 let on = strip_prefix(rest.trim(), "\\On").is_some();
-                self.monitored = on;
+                self.bind[usize::from(along == "CONFL")] = on;
                 return Some(());
             }
             "WAITTIME" => {
@@ -423,6 +426,7 @@ impl Routine {
         if path != Path::Joint || is_pose(target, known) {
             self.hold(known.holds([tool, object]));
         }
+        self.monitored = self.bind[usize::from(path != Path::Joint)];
         // in the order of the line
         let via = via.map(|via| self.position(via, frames, known));
         let target = self.position(target, frames, known);

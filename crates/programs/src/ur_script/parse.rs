@@ -22,6 +22,9 @@ const USUAL_SPEED: f64 = 0.25;
 /// What a `movep` does beside going straight: how it does so is the controller's.
 const PROCESS: &str = "movep, which keeps its speed round corners,";
 
+/// The argument of a `movec` that says how it turns the tool.
+const MODE: &str = "mode";
+
 /// Reads the functions of a script, the last one first, which is what runs; `words` say what switches the arc.
 ///
 /// # Errors
@@ -121,6 +124,24 @@ fn said<'a>(all: &[&'a str], name: &str, place: usize) -> Said<'a> {
     }
 }
 
+/// What arguments say that is none of these, which follow the places in this order; `mode=0` turns the tool as it is taught, as without.
+fn further(all: &[&str], known: &[&str]) -> Vec<String> {
+    let unknown = |(place, text): (usize, &&str)| {
+        let by_place = known.get(place).copied();
+        let (name, value) = match text.split_once('=') {
+            Some((name, value)) => (Some(name.trim()), value.trim()),
+            None => (by_place, *text),
+        };
+        let plain = name != Some(MODE) || finite(value) == Some(0.0);
+        let read = plain && name.is_some_and(|name| known.contains(&name));
+        (!read).then(|| match name {
+            Some(MODE) => format!("{MODE}={value}"),
+            _ => tidy(text),
+        })
+    };
+    all.iter().enumerate().filter_map(unknown).collect()
+}
+
 fn degrees(joints: [f64; 6]) -> [f64; 6] {
     joints.map(|j| scaled(j.to_degrees(), 1.0))
 }
@@ -200,6 +221,7 @@ impl<'w> Reader<'w> {
                 let target = self.target(all.first()?);
                 self.path(MotionKind::Linear, target, speed, &radius);
                 self.accelerates(rest, &time);
+                self.says(further(rest, &["a", "v", "t", "r"]));
                 if let Some(motion) = self.out.last_move().filter(|_| process) {
                     motion.extra.push(PROCESS.to_owned());
                 }
@@ -213,6 +235,7 @@ impl<'w> Reader<'w> {
             let target = self.target(all.get(1)?);
             self.path(MotionKind::Circular { via }, target, speed, &radius);
             self.accelerates(rest, &Said::No);
+            self.says(further(rest, &["a", "v", "r", MODE]));
             return Some(());
         }
         if line == "return" {
@@ -342,6 +365,13 @@ impl<'w> Reader<'w> {
         }
     }
 
+    /// What the move that was read last says beside.
+    fn says(&mut self, further: Vec<String>) {
+        if let Some(motion) = self.out.last_move() {
+            motion.extra.extend(further);
+        }
+    }
+
     fn joint(&mut self, all: &[&str]) -> Option<()> {
         let to = *all.first()?;
         let place = if let Some(inner) = called(to, "get_inverse_kin") {
@@ -371,6 +401,7 @@ impl<'w> Reader<'w> {
         let speed = share.map_or(Speed::Maximum, Speed::share);
         self.out
             .push_move(MotionKind::Joint, target, speed, Termination::Fine);
+        self.says(further(all.get(1..)?, &["a", "v", "t", "r"]));
         Some(())
     }
 }

@@ -13,7 +13,7 @@ use meltpath_geometry::math::DVec3;
 use super::words::Val3Words;
 use crate::collected::indexed;
 use crate::orientation::{self, wpr_of_xyz, xyz_of_wpr};
-use crate::parsed::decoded;
+use crate::parsed::{ParseError, decoded};
 use crate::program::{Axis, Coordinates, Termination};
 use crate::scan::{finite, tidy};
 use crate::written::{fixed, short};
@@ -84,10 +84,14 @@ pub fn in_inches(project: &[u8]) -> bool {
 
 impl Data {
     /// Reads as much as is well formed.
-    pub(super) fn read(text: &str) -> Self {
+    ///
+    /// # Errors
+    /// [`ParseError::Repeated`] where a name, or a value of one, stands twice: which of them counts is the controller's.
+    pub(super) fn read(text: &str) -> Result<Self, ParseError> {
         let mut data = Data::default();
         let mut reader = Reader::from_str(text);
         let mut open: Option<String> = None;
+        let mut size = None;
         while let Ok(event) = reader.read_event() {
             match &event {
                 Event::Eof => break,
@@ -97,19 +101,27 @@ impl Data {
                     if tag.as_ref() == "Data" {
                         let name = said.remove("name").unwrap_or_default();
                         let kind = said.remove("type").unwrap_or_default();
-                        data.all.insert(name.clone(), (kind, BTreeMap::new()));
+                        size = said.remove("size").and_then(|s| s.trim().parse().ok());
+                        let values = (kind, BTreeMap::new());
+                        if data.all.insert(name.clone(), values).is_some() {
+                            return Err(ParseError::Repeated(name));
+                        }
                         open = Some(name);
                     } else if tag.as_ref() == "Value"
                         && let Some((_, values)) = open.as_ref().and_then(|n| data.all.get_mut(n))
                         && let Some(key) = said.remove("key").and_then(|k| k.parse().ok())
+                        // the controller has no place for what lies beyond
+                        && size.is_none_or(|size: u32| key < size)
+                        && values.insert(key, said).is_some()
                     {
-                        values.insert(key, said);
+                        let name = open.unwrap_or_default();
+                        return Err(ParseError::Repeated(format!("{name}[{key}]")));
                     }
                 }
                 _ => {}
             }
         }
-        data
+        Ok(data)
     }
 
     /// The value that `name[key]` means; `name` alone is its first.
@@ -144,20 +156,25 @@ impl Data {
         Some((place, frame))
     }
 
-    /// Where a frame lies in the world (kind `frame`), or a tool in the flange (`tool`), through those that it lies in.
-    pub(super) fn frame(&self, reference: &str, kind: &'static str) -> Option<Pose> {
+    /// Where a frame lies in the world (kind `frame`), or a tool in the flange (`tool`), through those that it lies in; else in words what is not
+    /// known of that.
+    pub(super) fn frame(&self, reference: &str, kind: &'static str) -> Result<Pose, String> {
         let (mut pose, mut name) = (Pose::IDENTITY, reference.to_owned());
+        let reference = whole(reference);
         for _ in 0..DEEPEST {
             if matches!(whole(&name).as_str(), "world" | "flange") {
-                return Some(pose);
+                return Ok(pose);
             }
-            let said = self.value(&name, kind)?;
-            let [x, y, z, rx, ry, rz] = numbers(said, ["x", "y", "z", "rx", "ry", "rz"])?;
-            let wpr = wpr_of_xyz([rx, ry, rz])?;
-            pose = orientation::pose(DVec3::new(x, y, z), wpr).then(pose);
-            name.clone_from(said.get("fatherId")?);
+            let said = self.value(&name, kind);
+            let said = said.ok_or_else(|| format!("{reference}: no {kind} {name} in its data"))?;
+            let own = placed(said).ok_or_else(|| format!("{reference}: {kind} {name}"))?;
+            pose = own.then(pose);
+            let father = said.get("fatherId");
+            name.clone_from(father.ok_or_else(|| format!("{reference}: {name} has no father"))?);
         }
-        None
+        Err(format!(
+            "{reference}: it lies in itself, or deeper than in {DEEPEST} others"
+        ))
     }
 
     /// Where joints stand.
@@ -192,6 +209,13 @@ impl Data {
             termination,
         })
     }
+}
+
+/// Where a frame or a tool lies in its father.
+fn placed(said: &Attributes) -> Option<Pose> {
+    let [x, y, z, rx, ry, rz] = numbers(said, ["x", "y", "z", "rx", "ry", "rz"])?;
+    let wpr = wpr_of_xyz([rx, ry, rz])?;
+    Some(orientation::pose(DVec3::new(x, y, z), wpr))
 }
 
 /// Finite numbers; 0 where they are not written.

@@ -32,7 +32,10 @@ pub fn read(
     let mut reader = Reader {
         out: Collected::new(Dialect::Val3, name),
         words,
-        data: data.map_or_else(Data::default, |data| Data::read(&decoded(data))),
+        data: match data {
+            Some(data) => Data::read(&decoded(data))?,
+            None => Data::default(),
+        },
         frames: Vec::new(),
         tools: Vec::new(),
         arc: None,
@@ -174,22 +177,32 @@ impl Reader<'_> {
     fn place(&mut self, reference: &str, tool: &str) -> PositionRef {
         let of_tool = numbered(&mut self.tools, tool);
         self.out.program.name_frame(TOOL, of_tool, &whole(tool));
-        if let Some(pose) = self.data.frame(tool, "tool") {
-            self.out.program.said_frames.tool.insert(of_tool, pose);
+        match self.data.frame(tool, "tool") {
+            Ok(pose) => drop(self.out.program.said_frames.tool.insert(of_tool, pose)),
+            Err(why) => self.unread(why),
         }
         if let Some((place, frame)) = self.data.point(reference) {
             let of_frame = numbered(&mut self.frames, &frame);
             self.out
                 .program
                 .name_frame(USER_FRAME, of_frame, &whole(&frame));
-            if let Some(pose) = self.data.frame(&frame, "frame") {
-                self.out.program.said_frames.user.insert(of_frame, pose);
+            match self.data.frame(&frame, "frame") {
+                Ok(pose) => drop(self.out.program.said_frames.user.insert(of_frame, pose)),
+                Err(why) => self.unread(why),
             }
             return self.out.place(place, (Some(of_frame), Some(of_tool)));
         }
         match self.data.joints(reference) {
             Some(place) => self.out.place(place, (None, Some(of_tool))),
             None => PositionRef::Unresolved(tidy(reference)),
+        }
+    }
+
+    /// Where a frame or a tool lies is not known, which is told where it is used first.
+    fn unread(&mut self, why: String) {
+        let unread = &mut self.out.program.said_frames.unread;
+        if unread.iter().all(|(_, told)| *told != why) {
+            unread.push((self.out.line, why));
         }
     }
 

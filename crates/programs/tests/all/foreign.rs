@@ -254,10 +254,6 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
     assert_eq!(refuse(&["WAIT 9999999(sec)"]), Refusal::Wait(9_999_999.0));
     assert_eq!(refuse(&["L P[1] 50% FINE"]), Refusal::Speed);
     assert_eq!(
-        refuse(&[go, "Arc Start[1]", "J P[2] 50% FINE"]),
-        Refusal::ArcInJointMove
-    );
-    assert_eq!(
         refuse(&["UFRAME_NUM=2", go]),
         Refusal::OtherFrame {
             name: "P[1]".to_owned(),

@@ -22,4 +22,5 @@ mod told;
 mod toolpath_3mf;
 mod toolpath_3mf_of_others;
 mod track;
+mod turned;
 mod weaving;

@@ -87,8 +87,12 @@ pub(in crate::waam) fn checks(
     );
     checks.extend(borrowed_check(settings));
     checks.push(heat_check());
-    checks.push(overhang_check(plan, settings));
-    checks.extend(plate_check(plan, settings));
+    let mut of_plan = vec![overhang_check(plan, settings)];
+    of_plan.extend(plate_check(plan, settings));
+    // they count in widths of a bead, which nobody measured woven
+    let woven = settings.weave.map(|_| doubt::of_weaves());
+    doubt::undecided(&mut of_plan, woven.as_slice());
+    checks.extend(of_plan);
     Ok(checks)
 }
 

@@ -51,7 +51,7 @@ pub(super) fn far_from_plate(commands: &Commands, settings: &Settings) -> Option
 /// The model of the bead was measured on a part that lay still and level.
 fn turning(commands: &Commands) -> Option<Doubt> {
     commands.turns.then(|| Doubt {
-        reason: "a positioner turns the part: metal is laid in the frame of the part as if it lay level, and how it hangs meanwhile is not followed".to_owned(),
+        reason: "a positioner turns the part: metal is laid in the frame of the part as if it lay level and still, as beads were measured".to_owned(),
         remedy: "compare what was laid with the surface that the report shows".to_owned(),
     })
 }

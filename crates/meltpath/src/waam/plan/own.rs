@@ -93,6 +93,7 @@ pub(in crate::waam) fn own_plan(
         let chosen = words.map(|words| Fact::words("chosen", title, &words));
         let divided = division::fact(&planned.divided);
         let rest = first.and_then(|first| rest(&planned, first));
+        tell_pauses(&planned, first.unwrap_or(0), commands, reporter);
         return Ok(Some(Own {
             settings,
             plan,
@@ -192,6 +193,80 @@ fn rest(planned: &Commands, first: u32) -> Option<Fact> {
         "the program begins later than its plan",
         &words,
     ))
+}
+
+/// A pause between two beads.
+struct Pause {
+    time: f64,
+    /// The command that it ends before: the first of the bead.
+    before: u32,
+    /// The last wait of it; none where it has none.
+    wait: Option<u32>,
+}
+
+/// The pauses between beads from a command on.
+fn pauses(commands: &Commands, from: u32) -> Vec<Pause> {
+    let mut all = Vec::new();
+    let mut open: Option<(f64, Option<u32>)> = None;
+    let mut burns = false;
+    for command in commands.commands.iter().filter(|c| c.id >= from) {
+        match (command.source, command.kind) {
+            (Source::On { .. }, _) => {
+                let pause = open.take().filter(|_| !burns);
+                all.extend(pause.map(|(time, wait)| Pause {
+                    time,
+                    before: command.id,
+                    wait,
+                }));
+                burns = true;
+            }
+            (Source::Off, kind) => {
+                if burns {
+                    (open, burns) = (Some((0.0, None)), false);
+                }
+                if let (Kind::Wait { time }, Some((paused, wait))) = (kind, &mut open) {
+                    *paused += time;
+                    *wait = Some(command.id);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Tells where a program pauses otherwise between beads than its plan does, from a command of the plan on. Its metal is laid as that of the plan all
+/// the same, on what is as cold as was measured.
+fn tell_pauses(planned: &Commands, from: u32, said: &Commands, reporter: &Reporter) {
+    let (of_plan, of_program) = (pauses(planned, from), pauses(said, 0));
+    let both = of_plan.iter().zip(&of_program);
+    let other = |(plan, program): &(&Pause, &Pause)| (plan.time - program.time).abs() > SAME_WAIT;
+    let mut others = both.filter(other);
+    let Some((plan, program)) = others.next() else {
+        return;
+    };
+    let id = program.wait.unwrap_or(program.before);
+    let line = said.line_of_command.get(id as usize).map(|(_, line)| *line);
+    let bead = program.before;
+    let target = said.commands.get(bead as usize).map(|c| c.target);
+    let place = Place {
+        line,
+        ..said.place(bead, target.unwrap_or_default())
+    };
+    let more = match others.count() {
+        0 => String::new(),
+        1 => ", and 1 pause more".to_owned(),
+        n => format!(", and {n} pauses more"),
+    };
+    let line = line.map_or_else(String::new, |line| format!(", line {line}"));
+    reporter.warn_at(
+        "pauses",
+        format!(
+            "the program is that of a plan of this job but for its pauses, and first differs before a bead of layer {}: {:.1} s, planned {:.1} s{line}{more}. No heat is simulated: metal that is laid on warmer metal than was measured is wider and lower than told here",
+            place.layer.unwrap_or(0), program.time, plan.time
+        ),
+        place,
+        "write the pause that is meant into the job (layers.pause), and program its plan anew",
+    );
 }
 
 /// A move or a wait with the arc on.
