@@ -19,8 +19,8 @@ const CONTOUR_BIN: f64 = 5e-4;
 /// Width of a bin of angle errors, deg.
 const ANGLE_BIN: f64 = 1e-4;
 
-/// How many times as fast as its mark a spot may run that draws it.
-const FASTEST: f64 = 2.0;
+/// How many times as fast as its mark a spot may run that draws it: one that comes back from beyond a mark's beginning is faster for a while.
+const FASTEST: f64 = 4.0;
 
 /// In a millimetre.
 const NANOMETRES: f64 = 1e6;
