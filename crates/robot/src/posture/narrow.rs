@@ -25,6 +25,9 @@ const ROUNDS: usize = 8;
 /// All places of a way are shifted alike where leaning is at least this share of what the way costs, and no more often.
 const LEANING: f64 = 0.5;
 const SHIFTS: usize = 16;
+/// Steps that are tried then, along runs of no more key places than this.
+const FARTHER: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+const SHORT: usize = 400;
 /// An axis may take this share of its speed along a bead; this much more costs as much per length as [`MOTION`].
 const FAST: f64 = 0.7;
 const HASTE: f64 = 0.003;
@@ -119,9 +122,9 @@ impl Narrow<'_> {
             if self.leaning(&ways) < LEANING * total {
                 break;
             }
-            let none = External([0.0; 3]);
-            let steps = self.steps(none, share);
-            let tried = steps.into_par_iter().filter(|by| *by != none);
+            // about a table that is turned by a quarter a tilt levels nothing: only farther round it does
+            let times: &[f64] = if ways.len() > SHORT { &[1.0] } else { &FARTHER };
+            let tried = self.shifts(share, times).into_par_iter();
             let tried = tried.filter_map(|by| {
                 let shifted = self.shifted_by(&ways, by)?;
                 Some((self.total(&shifted, 0.0), shifted))
@@ -467,26 +470,29 @@ impl Narrow<'_> {
         nodes
     }
 
+    /// By how much all places are shifted: so many steps of the positioner's axes each way, or none.
+    fn shifts(&self, share: f64, times: &[f64]) -> Vec<External> {
+        let along = |i: usize| -> Vec<f64> {
+            let moves = self.task.cell.external_room(i).is_some();
+            let step = share * STEPS[i];
+            let both = times
+                .iter()
+                .filter(|_| moves)
+                .flat_map(|t| [t * step, -t * step]);
+            std::iter::once(0.0).chain(both).collect()
+        };
+        let (first, second) = (along(1), along(2));
+        let pairs = first
+            .iter()
+            .flat_map(|a| second.iter().map(|b| [0.0, *a, *b]));
+        pairs.filter(|by| *by != [0.0; 3]).map(External).collect()
+    }
+
     /// Places of track and positioner a step aside, within limits.
-    fn beside(&self, at: External, share: f64) -> Vec<External> {
-        self.steps_within(at, share, |i| self.task.cell.external_room(i))
-    }
-
-    /// Steps of track and positioner.
-    fn steps(&self, at: External, share: f64) -> Vec<External> {
-        let any = [f64::NEG_INFINITY, f64::INFINITY];
-        self.steps_within(at, share, |i| self.task.cell.external_room(i).map(|_| any))
-    }
-
-    fn steps_within(
-        &self,
-        External(at): External,
-        share: f64,
-        room: impl Fn(usize) -> Option<[f64; 2]>,
-    ) -> Vec<External> {
+    fn beside(&self, External(at): External, share: f64) -> Vec<External> {
         let mut all = vec![at];
         for i in 0..3 {
-            let Some([low, high]) = room(i) else {
+            let Some([low, high]) = self.task.cell.external_room(i) else {
                 continue;
             };
             let step = share * STEPS[i];
