@@ -7,6 +7,7 @@ mod doubt;
 pub mod ends;
 pub(crate) mod facts;
 pub mod lower;
+mod on_lower;
 pub(crate) mod shape;
 pub(crate) mod under;
 pub(crate) mod verdict;

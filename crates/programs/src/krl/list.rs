@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::arc::{Advanced, Crater, WeldData, advanced, crater, weld_data};
 use super::data::{coordinates, fields, number_of, place, text_of};
 use super::entries::{Listed, set};
-use super::turned::{orientation, round};
 use super::words::WeaveAmplitude;
 use crate::held::Holds;
 use crate::modal::{Orientation, Round};
@@ -57,6 +56,24 @@ impl List {
                 .any(|e| e.line == line && e.pose.is_some())
         };
         self.rest.iter().filter(move |(line, _)| !read(*line))
+    }
+}
+
+/// How a word of KRL turns the tool along moves.
+pub(super) fn orientation(word: &str) -> Orientation {
+    match capital(word).as_str() {
+        "#VAR" => Orientation::Taught,
+        "#CONSTANT" => Orientation::Kept,
+        // by the joints, or a value that is not known
+        _ => Orientation::Free,
+    }
+}
+
+/// See [`orientation`], along circles.
+pub(super) fn round(word: &str) -> Round {
+    match capital(word).as_str() {
+        "#BASE" => Round::Frame,
+        _ => Round::Path,
     }
 }
 

@@ -1,24 +1,8 @@
 //! How the tool is turned along moves, in words of KRL: `$ORI_TYPE`, `$CIRC_TYPE`, and `ORI_TYP` and `CIRC_TYP` of the data of moves.
 
-use super::list::{List, capital};
+use super::list::{List, capital, orientation, round};
 use super::parse::{assigned, called};
 use crate::modal::{Orientation, Round, Sets};
-
-pub(super) fn orientation(word: &str) -> Orientation {
-    match capital(word).as_str() {
-        "#VAR" => Orientation::Taught,
-        "#CONSTANT" => Orientation::Kept,
-        // by the joints, or a value that is not known
-        _ => Orientation::Free,
-    }
-}
-
-pub(super) fn round(word: &str) -> Round {
-    match capital(word).as_str() {
-        "#BASE" => Round::Frame,
-        _ => Round::Path,
-    }
-}
 
 /// What a line sets; nothing where it is none of these.
 pub(crate) fn turns(line: &str) -> Option<Sets> {

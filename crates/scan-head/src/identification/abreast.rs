@@ -36,18 +36,20 @@ impl Responses {
     }
 }
 
-/// Current and angle of one motor at each sample under held voltages, and the state in which they leave it; the first [`LATEST`]
-/// samples may be missing (not a number).
-pub(super) fn alone<const N: usize>(
+/// Current and angle of one motor at each sample under held voltages; the first [`LATEST`] samples may be missing (not a number).
+pub(super) fn run<const N: usize>(
     drive: &Drive<N>,
     start: &[f64; N],
     voltage: &[f64],
-) -> ([Vec<f64>; 2], [f64; N]) {
-    let (read, end) = abreast::<N, 1>(&[(drive, *start)], voltage);
-    (
-        read.map(|channel| channel.into_iter().flatten().collect()),
-        end.map(|[x]| x),
-    )
+) -> [Vec<f64>; 2] {
+    let (read, _) = abreast::<N, 1>(&[(drive, *start)], voltage);
+    read.map(|channel| channel.into_iter().flatten().collect())
+}
+
+/// The state in which held voltages leave a motor.
+pub(super) fn end<const N: usize>(drive: &Drive<N>, start: &[f64; N], voltage: &[f64]) -> [f64; N] {
+    let (_, end) = abreast::<N, 1>(&[(drive, *start)], voltage);
+    end.map(|[x]| x)
 }
 
 /// Current and angle of as many motors as there are lanes, or fewer, and the states in which voltages leave them.

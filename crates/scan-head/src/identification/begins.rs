@@ -1,5 +1,6 @@
 //! Where the pieces of a record begin that a fit left at a low place which is not the lowest, or has not seen.
 
+use crate::identification::abreast::end;
 use crate::identification::drive::LATEST;
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::Estimate;
@@ -48,7 +49,7 @@ pub(super) fn freed<const N: usize>(
         let state = before.and_then(|k| <[f64; N]>::try_from(begins.get(k)?.as_slice()).ok());
         let span = before.and_then(|k| pieces.spans.get(k));
         if let (Some(state), Some(span)) = (state, span) {
-            begins[piece] = drive.end(&state, &record.voltage[span.clone()]).to_vec();
+            begins[piece] = end(&drive, &state, &record.voltage[span.clone()]).to_vec();
             any = true;
         }
     }
@@ -83,7 +84,7 @@ pub(super) fn unseen<const N: usize>(
             *sum += squares;
         }
         count += span.len().saturating_sub(LATEST);
-        before = Some(drive.end(&state, &record.voltage[span.clone()]));
+        before = Some(end(&drive, &state, &record.voltage[span.clone()]));
     }
     Ok(sums.map(|sum| (sum / count.max(1) as f64).sqrt()))
 }
@@ -92,6 +93,7 @@ pub(super) fn unseen<const N: usize>(
 mod tests {
     use super::*;
     use crate::axis::galvanometer::{Galvanometer, example};
+    use crate::identification::abreast::run;
     use crate::identification::drive::Drive;
 
     /// The state in which one piece ends is the one in which the next begins, across turns of the rotor.
@@ -113,7 +115,7 @@ mod tests {
         let voltage: Vec<f64> = (0..4800)
             .map(|k| if (k / 37) % 3 == 0 { 0.8 } else { -0.5 })
             .collect();
-        let [current, angle] = drive.run(&[0.0; 3], &voltage);
+        let [current, angle] = run(&drive, &[0.0; 3], &voltage);
         let record = BenchRecord {
             period,
             voltage: &voltage,
@@ -125,7 +127,7 @@ mod tests {
         for k in 1..pieces.spans.len() {
             let before: [f64; 3] = begins[k - 1].as_slice().try_into().unwrap();
             let span = pieces.spans[k - 1].clone();
-            begins.push(drive.end(&before, &voltage[span]).to_vec());
+            begins.push(end(&drive, &before, &voltage[span]).to_vec());
         }
         let left = |caught: f64| -> Vec<Vec<f64>> {
             let level = |k: usize| if k == 7 { caught } else { 1.0 };

@@ -9,7 +9,6 @@ use meltpath_control::{Matrix, StateSpace};
 use crate::axis::error::AxisError;
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::Galvanometer;
-use crate::identification::abreast::alone;
 
 /// Latest that a channel may be read after the motor's time, samples.
 pub(super) const LATEST: usize = 16;
@@ -244,16 +243,6 @@ impl<const N: usize> Drive<N> {
     /// The same, its current read by an ammeter that shows `zero` A where none flows.
     pub(super) fn read_from(self, zero: f64) -> Self {
         Drive { zero, ..self }
-    }
-
-    /// Current and angle at each sample under held voltages; the first [`LATEST`] samples may be missing (not a number).
-    pub(super) fn run(&self, start: &[f64; N], voltage: &[f64]) -> [Vec<f64>; 2] {
-        alone(self, start, voltage).0
-    }
-
-    /// The state in which held voltages leave the motor.
-    pub(super) fn end(&self, start: &[f64; N], voltage: &[f64]) -> [f64; N] {
-        alone(self, start, voltage).1
     }
 
     /// Which way the motor begins to go in a state; where it stays its speed is put to zero.

@@ -2,6 +2,7 @@
 
 use crate::axis::error::AxisError;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
+use crate::identification::abreast;
 use crate::identification::begins::unseen;
 use crate::identification::drive::Drive;
 use crate::identification::error::IdentificationError;
@@ -79,7 +80,7 @@ fn run<const N: usize>(
     record: &BenchRecord<'_>,
     zero: f64,
 ) -> [Vec<f64>; 2] {
-    let mut columns = drive.run(begin, record.voltage);
+    let mut columns = abreast::run(drive, begin, record.voltage);
     let first = record.angle.first().copied().unwrap_or(0.0);
     // what is read late stands at rest before
     for (column, rest) in columns.iter_mut().zip([zero, first]) {

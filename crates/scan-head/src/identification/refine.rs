@@ -11,7 +11,7 @@ use meltpath_numerics::Matrix;
 use meltpath_numerics::least_squares::{LeastSquaresError, Regression};
 use rayon::prelude::*;
 
-use crate::identification::abreast::Responses;
+use crate::identification::abreast::{Responses, run};
 use crate::identification::drive::{Drive, LATEST};
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{Estimate, Parameter, Units};
@@ -288,7 +288,7 @@ impl<'a, const N: usize> Pieces<'a, N> {
     /// What is left of current and angle in a piece.
     fn residuals(&self, piece: usize, drive: &Drive<N>, state: &[f64; N]) -> [Vec<f64>; 2] {
         let span = self.spans[piece].clone();
-        let predicted = drive.run(state, &self.record.voltage[span.clone()]);
+        let predicted = run(drive, state, &self.record.voltage[span.clone()]);
         let measured = [self.record.current, self.record.angle];
         std::array::from_fn(|c| {
             let measured = &measured[c][span.clone()];
@@ -387,11 +387,11 @@ impl<'a, const N: usize> Pieces<'a, N> {
         {
             let weight = 1.0 / rms[c];
             let measured = &measured[span.clone()];
-            for k in LATEST..measured.len() {
+            for (k, measured) in measured.iter().enumerate().skip(LATEST) {
                 let now = read.at(0, c, k);
                 let slopes = (1..).zip(&steps);
                 let row = slopes.map(|(run, step)| weight * (read.at(run, c, k) - now) / step);
-                system.push(row, weight * (measured[k] - now));
+                system.push(row, weight * (measured - now));
             }
         }
         for (i, (seems, state)) in self.seems[piece].iter().zip(state).enumerate() {

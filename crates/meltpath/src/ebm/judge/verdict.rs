@@ -11,6 +11,7 @@ use crate::ebm::judge::advice::{MORE, Needs};
 use crate::ebm::judge::doubt::{Doubt, coarse, empty, melts_otherwise};
 use crate::ebm::judge::ends::Ends;
 use crate::ebm::judge::facts::Shown;
+use crate::ebm::judge::on_lower::on;
 use crate::ebm::judge::{Hole, Hollow, JudgedPath, Run, melts_at_the_edge, of_all};
 use crate::ebm::plan::{DrawnPart, Plan};
 use crate::ebm::settings::{Good, Judge, Settings};
@@ -50,7 +51,7 @@ pub(in crate::ebm) fn checks(plan: &Plan, outcome: &Outcome) -> Vec<Check> {
     let judged = outcome.judged.as_ref();
     let judged = judged.map(|j| j.better.as_ref().unwrap_or(&j.given));
     if let Some(lower) = judged.and_then(|path| path.lower) {
-        checks = lower.on(checks);
+        checks = on(&lower, checks);
     }
     let ground = plan.settings.judge.as_ref().map(|judging| judging.ground);
     if ground == Some(JudgeGround::ThesisBox) {

@@ -5,8 +5,9 @@ use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::measures::outline::NEAR;
 
 use crate::lpbf::plan::cells::Cells;
-use crate::lpbf::plan::enclosed::LOST;
 
+/// What to do where lines are missing.
+pub(super) const LOST: &str = "lines that the file lost: hatch the part anew; where contours alone, or lines of other layers, are to fill it, judge a file without these contours";
 /// How wide one may be, in hatch distances or spots, whichever is more: four lines that miss side by side leave one as wide. Ours.
 const WIDE: f64 = 5.0;
 

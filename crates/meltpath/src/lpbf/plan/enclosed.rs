@@ -7,7 +7,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::measures::outline::{self, Boundaries, Contours, NEAR, boundaries};
 use meltpath_toolpath::{Layer, Role};
 
-use crate::lpbf::plan::bare_spot::BareSpot;
+use crate::lpbf::plan::bare_spot::{BareSpot, LOST};
 use crate::lpbf::plan::cells::Cells;
 use crate::lpbf::plan::work::{Source, Work};
 
@@ -264,8 +264,6 @@ impl Found {
     }
 }
 
-/// What to do where lines are missing.
-pub(super) const LOST: &str = "lines that the file lost: hatch the part anew; where contours alone, or lines of other layers, are to fill it, judge a file without these contours";
 const BARE_ID: &str = "enclosed";
 const BARE_TITLE: &str = "largest share of an area within closed contours that no mark comes near";
 
