@@ -106,7 +106,7 @@ type Squares<'a> = HashMap<[i64; 2], Vec<&'a Piece>>;
 
 /// The farther of the nearest beads on both sides of a piece, mm; `None` where it stands alone.
 fn beside(piece: &Piece, squares: &Squares<'_>, side: f64) -> Option<f64> {
-    let reach = side.min(REACH * piece.width);
+    let reach = REACH * piece.width;
     let [x, y] = square(piece.at, side);
     let mut nearest = [f64::INFINITY; 2];
     let round = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
@@ -134,21 +134,22 @@ fn square(at: DVec2, side: f64) -> [i64; 2] {
 
 /// Flat beads of which more than a tenth of a layer lies farther beside another than they fuse; `None` where none do.
 pub(in crate::waam) fn check(commands: &Commands, settings: &Settings) -> Option<Check> {
-    let width = settings.bead.width.value;
     let mut worst: Option<(f64, u32, &Piece, f64)> = None;
     let layers = pieces(commands, settings);
     for (layer, pieces) in &layers {
         if pieces.iter().all(|p| p.ratio >= FLAT_BEAD_RATIO) {
             continue;
         }
+        // the widest bead sees as far as any
+        let side = REACH * pieces.iter().map(|p| p.width).fold(0.0, f64::max);
         let mut squares = Squares::new();
         for piece in pieces {
-            let key = square(piece.at, REACH * width);
+            let key = square(piece.at, side);
             squares.entry(key).or_default().push(piece);
         }
         let apart = |piece: &Piece| {
             let flat = piece.ratio < FLAT_BEAD_RATIO;
-            let apart = flat.then(|| beside(piece, &squares, REACH * width))?? / piece.width;
+            let apart = flat.then(|| beside(piece, &squares, side))?? / piece.width;
             fusion_at_risk(piece.ratio, apart).then_some(apart)
         };
         let of: Vec<(&Piece, f64)> = pieces.iter().filter_map(|p| Some((p, apart(p)?))).collect();
