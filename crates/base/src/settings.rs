@@ -27,6 +27,7 @@ mod reference;
 mod schema;
 mod sourced;
 mod syntax;
+mod under;
 mod values;
 
 use std::fmt;
@@ -46,6 +47,7 @@ pub use read::{Keys, Node, Place, Reader, nearest};
 pub use reference::reference;
 pub use schema::schema;
 pub use sourced::{Amount, Datum, Sourced, UnitOf};
+pub use under::Under;
 pub use values::{File, Many, quantity};
 
 /// A table of settings.
@@ -449,8 +451,29 @@ pub struct Read<T> {
 
 /// Reads a file's text.
 pub fn read<T: Value>(text: &str) -> Read<T> {
+    read_over(text, None)
+}
+
+/// Reads a file's text over what holds where it says nothing.
+///
+/// ```
+/// use meltpath_base::{Length, settings};
+/// meltpath_base::table! {
+///     /// A size.
+///     pub struct Size {
+///         /// One side.
+///         x: Length => required;
+///         /// The other.
+///         y: Length => required;
+///     }
+/// }
+/// let under = settings::Under { text: "x = \"1 mm\"\ny = \"2 mm\"", span: 0..3, mixed: &[] };
+/// let size = settings::read_over::<Size>("x = \"5 mm\"", Some(&under)).settings.unwrap();
+/// assert_eq!((size.x.0, size.y.0, size.y.span.clone()), (5.0, 2.0, Some(0..3)));
+/// ```
+pub fn read_over<T: Value>(text: &str, under: Option<&Under<'_>>) -> Read<T> {
     let mut reader = Reader::default();
-    let settings = reader.document(text);
+    let settings = reader.document(text, under);
     reader
         .problems
         .sort_by_key(|p| p.span.as_ref().map_or(usize::MAX, |s| s.start));

@@ -101,6 +101,9 @@ pub(crate) enum Command {
         /// Chord error of the mesh made of a STEP file.
         #[arg(long, default_value = "0.02 mm", value_parser = chord)]
         chord: Length,
+        /// Of a robot: its reach as a picture, into this new file (PNG): where the wire's tip comes straight down, by how far the joints are from their limits.
+        #[arg(long, value_name = "FILE")]
+        picture: Option<PathBuf>,
     },
     /// List the names that a job may use, each with what it is and where it comes from.
     List {

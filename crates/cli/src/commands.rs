@@ -80,7 +80,12 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Simulate { program, job, out } => {
             simulate(program, job.as_deref(), out.as_deref())
         }
-        Command::Inspect { file, unit, chord } => inspect_file(file, *unit, *chord),
+        Command::Inspect {
+            file,
+            unit,
+            chord,
+            picture,
+        } => inspect_file(file, *unit, *chord, picture.as_deref()),
         Command::List { of } => Ok(list(*of)),
         Command::Completions { shell } => Ok(manual::completions(*shell)),
         Command::Man { out } => manual::pages(out),
@@ -209,7 +214,12 @@ fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8
     Ok(judged(&progress, &outcome))
 }
 
-fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failure> {
+fn inspect_file(
+    file: &Path,
+    unit: PartUnit,
+    chord: Length,
+    picture: Option<&Path>,
+) -> Result<u8, Failure> {
     let progress = Progress::new();
     let reporter = Reporter::new();
     let how = inspect::How {
@@ -220,6 +230,10 @@ fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failur
     progress.finish();
     for finding in findings {
         line(&finding);
+    }
+    if let Some(picture) = picture {
+        inspect::picture(file, picture)?;
+        line(&format!("reach drawn in {}", picture.display()));
     }
     show_notes(&reporter);
     Ok(0)

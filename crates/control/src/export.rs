@@ -5,6 +5,7 @@
 //! In sections the one with the slowest pole comes last and is the only one that sees the cut.
 
 mod c_source;
+mod drive;
 mod mat;
 mod running;
 
@@ -18,6 +19,7 @@ use crate::zero_pole::ZeroPoleGain;
 use meltpath_numerics::Matrix;
 use meltpath_numerics::dense::eigenvalues;
 
+pub use drive::Beside;
 pub use running::RunningExport;
 
 /// How numbers are held on the drive.

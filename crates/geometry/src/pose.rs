@@ -48,6 +48,7 @@ impl Pose {
     /// assert!(part_from_tool.position.distance(DVec3::new(10.0, 1.0, 0.0)) < 1e-12);
     /// ```
     #[must_use]
+    #[inline]
     pub fn then(self, inner: Pose) -> Pose {
         Pose {
             position: self.point(inner.position),
@@ -57,6 +58,7 @@ impl Pose {
 
     /// The pose of the outer frame in the inner one.
     #[must_use]
+    #[inline]
     pub fn inverse(self) -> Pose {
         let back = self.orientation.inverse();
         Pose {
@@ -66,6 +68,7 @@ impl Pose {
     }
 
     /// A point of the inner frame, in the outer frame, mm.
+    #[inline]
     pub fn point(self, p: DVec3) -> DVec3 {
         self.position + self.orientation * p
     }

@@ -62,12 +62,26 @@ impl Aim {
     /// let aim = Aim::new(1000.0, 3000.0, rim).unwrap();
     /// assert!((aim.at(-0.1) - 1900.0).abs() < 1e-6);
     /// assert!(aim.at(0.0) < aim.at(0.1) && aim.at(1.0) > 2999.9);
+    /// assert!((aim.at(aim.depth_of(2900.0)) - 2900.0).abs() < 1e-6);
     /// ```
     pub fn at(&self, depth: f64) -> f64 {
         let rise = self.temperature - self.start;
-        let melting = deviations((self.melting - self.start) / rise);
-        let edge = below((depth + self.rim) / self.width + melting);
+        let edge = below((depth + self.rim) / self.width + self.at_rim());
         self.start + rise * edge
+    }
+
+    /// How far inside the contour `kelvin` is wanted, mm: the inverse of [`Aim::at`]. Infinite where no place is wanted as hot.
+    pub fn depth_of(&self, kelvin: f64) -> f64 {
+        let share = (kelvin - self.start) / (self.temperature - self.start);
+        if share >= 1.0 {
+            return f64::INFINITY;
+        }
+        self.width * (deviations(share) - self.at_rim()) - self.rim
+    }
+
+    /// Deviations of the edge at which it passes the melting range.
+    fn at_rim(&self) -> f64 {
+        deviations((self.melting - self.start) / (self.temperature - self.start))
     }
 }
 

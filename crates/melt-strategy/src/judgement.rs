@@ -25,10 +25,6 @@ pub use size::{Bytes, KEPT, bytes};
 
 /// Largest change of a share that is called converged.
 pub const CONVERGED: f64 = 0.05;
-/// Change of the power that a share must bear.
-pub const POWER: f64 = 0.05;
-/// A smaller change of the power that it must bear.
-pub const LESS: f64 = 0.01;
 /// One run of the judge and how it differs from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variant {
@@ -44,29 +40,25 @@ pub enum Variant {
     Deeper,
     /// And twice as far beside the path.
     Wider,
-    /// Less power.
-    LessPower,
-    /// More power.
-    MorePower,
-    /// A little less power.
-    LittleLess,
-    /// A little more power.
-    LittleMore,
+    /// So many per cent more power, or less where below zero.
+    Power(i8),
 }
 
 impl Variant {
     /// All, the one as set first, then the one with which the others are compared.
-    pub const ALL: [Variant; 10] = [
+    pub const ALL: [Variant; 12] = [
         Variant::Base,
         Variant::TwiceCell,
         Variant::MorePlanes,
         Variant::HalfStep,
         Variant::Deeper,
         Variant::Wider,
-        Variant::LessPower,
-        Variant::MorePower,
-        Variant::LittleLess,
-        Variant::LittleMore,
+        Variant::Power(-5),
+        Variant::Power(5),
+        Variant::Power(-1),
+        Variant::Power(1),
+        Variant::Power(-3),
+        Variant::Power(3),
     ];
 
     /// In words.
@@ -78,24 +70,25 @@ impl Variant {
             Variant::HalfStep => "half the step",
             Variant::Deeper => "the ground twice as deep",
             Variant::Wider => "the ground twice as wide",
-            Variant::LessPower => "5 % less power",
-            Variant::MorePower => "5 % more power",
-            Variant::LittleLess => "1 % less power",
-            Variant::LittleMore => "1 % more power",
+            Variant::Power(-5) => "5 % less power",
+            Variant::Power(-3) => "3 % less power",
+            Variant::Power(-1) => "1 % less power",
+            Variant::Power(1) => "1 % more power",
+            Variant::Power(3) => "3 % more power",
+            Variant::Power(5) => "5 % more power",
+            Variant::Power(_) => "another power",
         }
     }
 
     /// Whether it changes the power.
     pub fn is_of_power(self) -> bool {
-        self.power() != 1.0
+        matches!(self, Variant::Power(_))
     }
 
-    fn power(self) -> f64 {
+    /// The power, as a multiple of that as set.
+    pub fn power(self) -> f64 {
         match self {
-            Variant::LessPower => 1.0 - POWER,
-            Variant::MorePower => 1.0 + POWER,
-            Variant::LittleLess => 1.0 - LESS,
-            Variant::LittleMore => 1.0 + LESS,
+            Variant::Power(percent) => 1.0 + 0.01 * f64::from(percent),
             _ => 1.0,
         }
     }
@@ -457,13 +450,13 @@ mod tests {
     fn a_share_that_moves_by_more_than_five_points_is_not_converged() {
         let share = |change: f64| Share {
             value: 0.5,
-            changes: vec![(Variant::TwiceCell, 0.01), (Variant::LessPower, -change)],
+            changes: vec![(Variant::TwiceCell, 0.01), (Variant::Power(-5), -change)],
         };
         assert!(share(0.049).robust() && share(0.049).converged());
         // the power moves it, not what the model is solved with
         assert!(!share(0.051).robust() && share(0.051).converged());
         let coarse = Share {
-            changes: vec![(Variant::TwiceCell, 0.051), (Variant::LessPower, 0.01)],
+            changes: vec![(Variant::TwiceCell, 0.051), (Variant::Power(-5), 0.01)],
             ..share(0.0)
         };
         assert!(coarse.robust() && !coarse.converged());
@@ -496,7 +489,7 @@ mod tests {
         assert_eq!((wider.below, wider.beside), (0.5, 1.0));
         // half of the step that was taken, which stability may have shortened
         assert_eq!(base.of(Variant::HalfStep, 3e-6).step, 1.5e-6);
-        assert_eq!(base.of(Variant::MorePower, 3e-6).power, 1.05);
+        assert_eq!(base.of(Variant::Power(5), 3e-6).power, 1.05);
         // every one but the first differs from the one it is compared with
         for variant in &Variant::ALL[1..] {
             let other = base.of(Variant::ALL[variant.compared()], 3e-6);

@@ -62,6 +62,25 @@ impl SpeedProfile {
         &self.factors
     }
 
+    /// Shares of what is changed, by the path's own time, that stand at the least and at the greatest of these factors: there a search would go
+    /// on if it might.
+    pub fn share_at(&self, bounds: [f64; 2]) -> [f64; 2] {
+        let (mut changed, mut at) = (0.0, [0.0; 2]);
+        for (from, to, factor) in self.intervals() {
+            // a beam that is off keeps its own time
+            if factor.to_bits() == 1.0_f64.to_bits() {
+                continue;
+            }
+            changed += to - from;
+            for (at, bound) in at.iter_mut().zip(bounds) {
+                if (factor / bound - 1.0).abs() < 1e-9 {
+                    *at += to - from;
+                }
+            }
+        }
+        at.map(|at| if changed > 0.0 { at / changed } else { 0.0 })
+    }
+
     /// The path at these speeds, beginning at its own time.
     ///
     /// # Errors
@@ -154,6 +173,18 @@ impl SpeedProfile {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn what_stands_at_its_bounds_is_told() {
+        let knots = vec![0.0, 1.0, 2.0, 4.0, 5.0];
+        // a factor of one is that of a beam that is off
+        let profile = SpeedProfile::from_parts(knots, vec![0.6, 1.0, 3.0, 0.9]);
+        assert_eq!(profile.share_at([0.6, 3.0]), [0.25, 0.5]);
+        assert_eq!(
+            SpeedProfile::of(&zigzag(), 1.0).share_at([0.6, 1.0]),
+            [0.0; 2]
+        );
+    }
 
     fn zigzag() -> BeamPath {
         let start = BeamPoint::start(300.0, 0.4);

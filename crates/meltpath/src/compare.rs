@@ -112,6 +112,17 @@ fn figures(
                 );
             }
         }
+        if part.unmet > 0 {
+            reporter.warn(
+                "places-unmet",
+                format!(
+                    "{} places of the {} of the other table have no counterpart in `{name}`, or none at their time: they are in no figure",
+                    part.unmet,
+                    part.quantity.words()
+                ),
+                "",
+            );
+        }
         match apart(&part.pairs) {
             Some(apart) => found.push(Compared {
                 quantity: part.quantity,
@@ -120,6 +131,7 @@ fn figures(
                 pairs: part.pairs,
                 layers: part.layers,
                 left_out: part.left_out,
+                unmet: part.unmet,
             }),
             None => {
                 nothing.get_or_insert(CompareError::Nothing {

@@ -7,6 +7,7 @@ use meltpath_base::settings::{self, Problem, Problems, Setting};
 use meltpath_base::{Reporter, table};
 use meltpath_data::{File, cells};
 use meltpath_programs::CellProgramming;
+use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 
 /// Why a data file cannot be used.
@@ -225,6 +226,19 @@ impl DataText {
             None => self.name.clone(),
         };
         Ok(read(&self.text).map_err(|problems| problems.of_file(&name, &self.text))?)
+    }
+}
+
+impl DataText {
+    /// The robot of a robot's file, with what it takes from the files beside it.
+    ///
+    /// # Errors
+    /// [`DataFileError::Content`].
+    pub fn robot(&self) -> Result<robot::Cell, DataFileError> {
+        self.read(|text| match self.file.as_deref().and_then(Path::parent) {
+            Some(folder) => robot::read_beside(text, folder),
+            None => robot::read(text),
+        })
     }
 }
 

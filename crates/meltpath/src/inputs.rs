@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::settings::Node;
+use meltpath_data::robots;
+use meltpath_robot::cell::Named;
 use toml::de::{DeTable, DeValue};
 
 use crate::data::{DataText, own_file};
@@ -65,6 +67,35 @@ pub(crate) fn write(
         copy(file, &format!("data/{name}"))?;
     }
     folder.write("job.toml", |w| w.write_all(job.as_bytes()))
+}
+
+/// Writes what the robot's file names beside its copy.
+///
+/// # Errors
+/// What cannot be copied.
+pub(crate) fn write_beside(
+    folder: &OutputFolder,
+    own: &[DataText],
+    files: &[Named],
+) -> Result<(), OutputError> {
+    let Some(robot) = own.iter().find(|data| data.kind == robots::ALL[0].kind) else {
+        return Ok(());
+    };
+    let beside = if crate::data::is_file(&robot.name) {
+        "inputs".to_owned()
+    } else {
+        format!("data/{}", robot.kind)
+    };
+    for Named { file, copy } in files {
+        // what is named by its place on the machine is found there again
+        if let Some(copy) = copy {
+            let name = format!("{beside}/{}", copy.display());
+            folder.write(&name, |w| {
+                std::io::copy(&mut File::open(file)?, w).map(drop)
+            })?;
+        }
+    }
+    Ok(())
 }
 
 /// The name of a copy: that of the file, with a number before it where another copy has that name.

@@ -2,17 +2,20 @@
 
 mod cell;
 mod controller;
+mod picture;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use meltpath_base::output::{OutputError, write_file};
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_data::{find, robots};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::toolpath_3mf::{Reader, ToolpathFileError};
 use meltpath_programs::{Becomes, Dialect, becomes};
+use meltpath_report::picture::write_png;
 
 use crate::cancel::cancellable;
 use crate::data::{Cell, DataFileError, DataText};
@@ -40,7 +43,9 @@ meltpath_base::passes_on! {
         /// A plan.
         Plan(WaamError),
         /// A robot, or a controller's cell.
-        Robot(DataFileError);
+        Robot(DataFileError),
+        /// The picture.
+        Output(OutputError);
 
         /// A program.
         #[error("cannot read {}: {message}", .path.display())]
@@ -200,7 +205,20 @@ fn robot(path: &Path) -> Result<Vec<String>, InspectError> {
     if is_controller(&text.text) {
         return Ok(controller::lines(&Cell::load(&name, Path::new(""))?));
     }
-    Ok(cell::lines(&text.read(meltpath_robot::cell::read)?))
+    Ok(cell::lines(&text.robot()?))
+}
+
+/// The reach of a robot as a picture, into a new file (PNG).
+///
+/// # Errors
+/// [`InspectError`] where the file is no robot, cannot be read, or the picture's name is taken.
+pub fn picture(path: &Path, out: &Path) -> Result<(), InspectError> {
+    let name = path.display().to_string();
+    let text = DataText::load("robot", &name, robots::ALL, Path::new(""))?;
+    let cell = text.robot()?;
+    let image = picture::reach(&cell);
+    write_file(out, |to| write_png(&image, to))?;
+    Ok(())
 }
 
 /// Whether a TOML file says how a controller interpolates.

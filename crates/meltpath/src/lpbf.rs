@@ -14,6 +14,7 @@ mod refuse;
 pub(crate) mod result;
 pub mod run;
 pub mod settings;
+pub(crate) mod strays;
 mod toolpath_file;
 
 pub use error::LpbfError;

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use meltpath_base::Provenance;
 use meltpath_base::settings::Problem;
 use meltpath_data::materials;
-use meltpath_thermal::material::Material;
-use meltpath_thermal::material::enthalpy::Enthalpy;
+use meltpath_thermal::material::enthalpy::{CurveError, Enthalpy};
 use meltpath_thermal::material::file::{Readings, read, sources};
+use meltpath_thermal::material::{CELSIUS, Material};
 
 use crate::data::{DataFileError, DataText};
 
@@ -58,7 +58,7 @@ pub fn load(name: &str, readings: Readings, folder: &Path) -> Result<Loaded, Dat
     let material = text.read(|text| {
         let material = read(text, readings)?;
         // laws that no solver can use are told here, before anything runs
-        Enthalpy::new(&material).map_err(|e| Problem::new(e.to_string()))?;
+        Enthalpy::new(&material).map_err(|e| unusable(text, &material, &e))?;
         Ok(material)
     })?;
     let sources = text.read(sources)?;
@@ -67,4 +67,31 @@ pub fn load(name: &str, readings: Readings, folder: &Path) -> Result<Loaded, Dat
         file: text.file,
         sources,
     })
+}
+
+/// What is wrong with the laws of a material, at the table of the law in its file.
+fn unusable(text: &str, material: &Material, error: &CurveError) -> Problem {
+    let problem = Problem::new(error.to_string());
+    let CurveError::Law {
+        celsius, capacity, ..
+    } = error
+    else {
+        return problem;
+    };
+    let key = if *capacity > 0.0 {
+        "conductivity"
+    } else {
+        "specific_heat"
+    };
+    let melted = celsius + CELSIUS > material.solidus;
+    let tables =
+        [if melted { "liquid" } else { "solid" }, "solid"].map(|of| format!("[{key}.{of}]"));
+    let place = tables
+        .iter()
+        .find_map(|table| Some((text.find(table.as_str())?, table.len())));
+    let help = "read the signs and units of its numbers again, and `about`, the temperature that they are counted from";
+    match place {
+        Some((from, length)) => problem.at(Some(from..from + length)).help(help),
+        None => problem.help(help),
+    }
 }

@@ -62,7 +62,7 @@ pub fn reach(
     observer: &dyn Observer,
 ) -> Result<Map, ReachError> {
     let text = DataText::load("robot", robot, robots::ALL, Path::new(""))?;
-    let cell = text.read(meltpath_robot::cell::read)?;
+    let cell = text.robot()?;
     let (name, mesh) = outline(part, unit, reporter, observer)?;
     let Some((low, high)) = mesh.bounds() else {
         return Ok(Map {

@@ -12,7 +12,7 @@ use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::MapFile;
 use meltpath_gun::machine::GunFile;
 use meltpath_perception::Mapping;
-use meltpath_robot::cell::CellFile;
+use meltpath_robot::cell::{CellFile, FROM_URDF};
 use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
 use meltpath_thermal::material::file::MaterialFile;
 
@@ -277,9 +277,29 @@ pub fn schema(subject: Subject) -> Json {
         Some(table) => settings::schema(&table),
         None => job(),
     };
+    if subject == Subject::Robot {
+        unless_in_a_urdf(&mut schema);
+    }
     schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
     schema["title"] = json!(format!("meltpath {}", subject.word()));
     schema
+}
+
+/// What a robot's file must say is asked of it where it names no URDF that says it.
+fn unless_in_a_urdf(schema: &mut Json) {
+    let mut asked = json!({"required": FROM_URDF});
+    for table in FROM_URDF {
+        let own = schema["properties"][table].as_object_mut();
+        if let Some(required) = own.and_then(|own| own.remove("required")) {
+            asked["properties"][table] = json!({"required": required});
+        }
+    }
+    if let Some(required) = schema["required"].as_array_mut() {
+        required.retain(|key| !FROM_URDF.iter().any(|table| key == table));
+    }
+    schema["if"] = json!({"required": ["urdf"]});
+    schema["then"] = json!(true);
+    schema["else"] = asked;
 }
 
 /// `process.kind` selects the tables.

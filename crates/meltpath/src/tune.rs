@@ -15,6 +15,7 @@ pub(crate) mod trial;
 use std::path::Path;
 
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
+use meltpath_control::export::{ExportError, Exported};
 
 use crate::identify::of_motor;
 use crate::job::{JobError, Problems, Written};
@@ -22,7 +23,7 @@ use crate::outcome::{Outcome, RunFolder};
 use crate::views;
 use design::AxisResult;
 pub use error::{StepError, TuneError};
-use file::{Choice, TuneFile};
+use file::{Choice, TuneFile, WordName};
 use settings::Settings;
 
 /// Tunes the axes that a file names.
@@ -53,9 +54,15 @@ pub fn tune(path: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Out
         let result = match twin {
             Some(done) => AxisResult {
                 task: task.clone(),
+                // both may go into one drive
+                export: done.export.clone().map(|export| Exported {
+                    name: design::name_of(task),
+                    ..export
+                }),
                 ..done.clone()
             },
-            None => design::design(task, &settings, record.as_deref(), &reporter, observer)?,
+            None => design::design(task, &settings, record.as_deref(), &reporter, observer)
+                .map_err(|e| placed(e, &settings, &refused))?,
         };
         results.push(result);
     }
@@ -78,6 +85,35 @@ pub fn tune(path: &Path, home: RunFolder, observer: &dyn Observer) -> Result<Out
     })
 }
 
+/// A controller that cannot be made is the fault of the bandwidth or the templates in the file, one that cannot leave that of its word.
+fn placed(
+    error: TuneError,
+    settings: &Settings,
+    refused: &dyn Fn(Problems) -> JobError,
+) -> TuneError {
+    let TuneError::Step { axis, source, .. } = &error else {
+        return error;
+    };
+    let (h, export) = (&settings.file.h_infinity, &settings.file.export);
+    let said = |step: &str| format!("{axis} axis, {step}: {source}");
+    let (problem, help) = match source {
+        StepError::Hinf(_) if h.sensitivity.is_written() => (
+            h.sensitivity.problem(said("H-infinity")),
+            "write lower crossovers in the templates of [h-infinity], or a bandwidth in their place",
+        ),
+        StepError::Hinf(_) => (
+            h.bandwidth.problem(said("H-infinity")),
+            "write a lower h-infinity.bandwidth",
+        ),
+        StepError::Export(ExportError::Word { .. } | ExportError::Unstable { .. }) => (
+            export.bits.problem(said("export")),
+            "write other export.bits, of coefficients and of signals, or export.word = \"single\"",
+        ),
+        _ => return error,
+    };
+    refused(problem.help(help).into()).into()
+}
+
 /// The run's name: the file's, or its folder's.
 fn title(path: &Path) -> String {
     let plain = |p: Option<&std::ffi::OsStr>| p.map(|s| s.to_string_lossy().into_owned());
@@ -88,10 +124,19 @@ fn title(path: &Path) -> String {
         .unwrap_or_else(|| "axis tuning".to_owned())
 }
 
-/// What makes the exported controller bear more: the one for motors that differ, where it was found and is not the one, and less
-/// bandwidth.
-fn sturdier(result: &AxisResult) -> &'static str {
-    match (result.choice, &result.robust) {
+/// What makes the exported controller bear more: a longer word and more samples where it has few, the one for motors that differ, where it was
+/// found and is not the one, and less bandwidth.
+fn sturdier(result: &AxisResult, settings: &Settings) -> String {
+    let export = &settings.file.export;
+    let leaves = result.export.is_some();
+    let mut ways: Vec<&str> = Vec::new();
+    if leaves && *export.every > 1 {
+        ways.push("export.every = 1");
+    }
+    if leaves && *export.word == WordName::Fixed {
+        ways.push("more bits after the point (export.bits), or export.word = \"single\"");
+    }
+    ways.push(match (result.choice, &result.robust) {
         (Choice::Robust, _) | (Choice::HInfinity, None) => "a lower h-infinity.bandwidth",
         (Choice::HInfinity, Some(_)) => {
             "export.controller = \"robust\", or a lower h-infinity.bandwidth"
@@ -100,7 +145,33 @@ fn sturdier(result: &AxisResult) -> &'static str {
             "export.controller = \"robust\", or slower loops (cascade.first_maximum)"
         }
         (Choice::Cascade, None) => "slower loops (cascade.first_maximum)",
-    }
+    });
+    ways.join(", or ")
+}
+
+/// The controller for motors that differ, where it was searched and not found: another one leaves.
+fn not_found(result: &AxisResult, settings: &Settings) -> Option<Check> {
+    let why = result.robust_lacks.as_ref()?;
+    let letter = result.task.name.letter();
+    let check = Check {
+        status: match *settings.file.export.controller {
+            Some(Choice::Robust) => Status::Fail,
+            None => Status::Warn,
+            // beside the one that is asked for
+            Some(_) => Status::NotChecked,
+        },
+        ..Check::not_checked(
+            &format!("{letter}-robust"),
+            &format!(
+                "{}: a controller for motors that differ",
+                letter.to_ascii_uppercase()
+            ),
+            &format!("{why}; the {} controller leaves", result.chosen().name),
+        )
+    };
+    Some(check.remedy(
+        "a larger robust.resonance, a smaller robust.modulus_margin, robust.mode_shift or robust.delay, a robust.order of 5 or more, more robust.iterations, or a lower h-infinity.bandwidth",
+    ))
 }
 
 /// How far the exported controller stays from the critical point over the spread of motors.
@@ -125,9 +196,18 @@ fn distance(result: &AxisResult, settings: &Settings) -> Option<Check> {
         Measure::exact(worst.distance, ""),
         Limit::AtLeast(0.99 * settings.spread.modulus_margin),
     );
-    if check.status == Status::Pass {
+    if check.status == Status::Pass && worst.distance > 0.0 {
         return Some(check);
     }
+    let check = Check {
+        // an unstable loop has no distance
+        status: if worst.distance > 0.0 {
+            check.status
+        } else {
+            Status::Fail
+        },
+        ..check
+    };
     let what = if worst.distance > 0.0 {
         "closest"
     } else {
@@ -144,7 +224,7 @@ fn distance(result: &AxisResult, settings: &Settings) -> Option<Check> {
         (false, true) => ", or a smaller robust.delay",
         (false, false) => "",
     };
-    Some(check.remedy(format!("{}{smaller}", sturdier(result))))
+    Some(check.remedy(format!("{}{smaller}", sturdier(result, settings))))
 }
 
 fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
@@ -170,6 +250,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
     }
     let chosen = result.chosen();
     checks.extend(distance(result, settings));
+    checks.extend(not_found(result, settings));
     if *settings.file.compare.draws > 0 {
         checks.push(
             Check::judge(
@@ -181,8 +262,14 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
                 Measure::exact(chosen.lost() as f64, ""),
                 Limit::AtMost(0.0),
             )
-            .remedy(sturdier(result)),
+            .remedy(sturdier(result, settings)),
         );
+    } else {
+        checks.push(Check::not_checked(
+            &format!("{letter}-scatter"),
+            &format!("{upper}: scattered motors that the exported controller loses"),
+            "compare.draws is 0: none was run",
+        ));
     }
     if let Some(exported) = &result.as_exported {
         checks.push(
@@ -192,7 +279,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
                 Measure::exact(exported.error.rms() / chosen.bare.error.rms(), ""),
                 Limit::AtMost(1.05),
             )
-            .remedy("a longer word, sections instead of state space, or a higher output limit"),
+            .remedy("more bits (export.bits) or a longer word (export.word), export.form = \"sections\", or a higher export.limit"),
         );
     }
     checks

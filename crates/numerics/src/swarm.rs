@@ -348,6 +348,8 @@ pub fn minimise(
         history.push(best);
         observer.advance(1);
     }
+    // what was stopped in its last round
+    observer.check()?;
     let best = &flock[leader(&flock)];
     if !best.best_cost.is_finite() {
         return Err(SwarmError::NoFiniteCost);

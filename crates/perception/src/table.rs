@@ -170,7 +170,15 @@ const BATCH: usize = 1 << 16;
 fn parquet_or_damaged(file: File) -> Result<Table, String> {
     std::panic::catch_unwind(|| parquet(file))
         .map_err(|_| "it states places and sizes that cannot be: it is damaged".to_owned())?
-        .map_err(|e| e.to_string())
+        .map_err(|e| {
+            let text = e.to_string();
+            let packed = text.split_once("Disabled feature at compile time: ");
+            packed.map_or(text.clone(), |(_, codec)| {
+                format!(
+                    "its columns are packed by {codec}, which is not read: write it with compression \"snappy\", \"gzip\" or none (pandas and Polars take `compression=\"snappy\"`)"
+                )
+            })
+        })
 }
 
 fn parquet(file: File) -> Result<Table, ParquetError> {

@@ -15,7 +15,6 @@ mod inner;
 mod laid_out;
 mod layers;
 mod lift;
-mod pace;
 mod plan;
 mod settings;
 mod shape;

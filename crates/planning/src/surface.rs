@@ -2,25 +2,33 @@
 //! a constant distance; how the torch is held along them, and how evenly they lie. The surface is that of a wall one bead thick.
 //! Source: Campocasso 2017, § III.
 
+mod base;
 mod closing;
 mod error;
+mod field;
 mod fronts;
 mod layers;
 mod measure;
+mod pace;
 mod pass;
 mod patch;
+mod spiral;
 mod torch;
 
+pub use base::Base;
 pub use closing::{Opening, without_narrow};
 pub use error::SurfaceError;
-pub use fronts::{Base, MeshPasses, plan_mesh};
-pub use layers::{layers, paced_layers};
+pub use field::{Field, FieldError};
+pub use fronts::{MeshPasses, plan_mesh};
+pub use layers::paced_layers;
 pub use measure::{
     Distribution, Evenness, Extreme, distribution, evenness, nearest_spacing, tilts,
 };
+pub use pace::Pace;
 pub use pass::{SurfacePass, SurfacePoint};
 pub use patch::{Parameter, Patch, plan_patch};
-pub use torch::{Torch, TorchRule, torch_axes};
+pub use spiral::{SpiralError, wound};
+pub use torch::{Torch, TorchRule, axes_along, torch_axes};
 
 use meltpath_geometry::math::DVec3;
 

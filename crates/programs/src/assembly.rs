@@ -11,6 +11,7 @@ use crate::program::{
     Program,
 };
 use crate::rapid;
+use crate::reserved::is_reserved;
 use crate::track::Track;
 
 /// Longest comment that the controller shows.
@@ -67,6 +68,16 @@ pub fn name(text: &str, length: usize) -> String {
     name.trim_end_matches('_').to_owned()
 }
 
+/// The [`name`] of a program, with `P_` before it where it is a word of the dialect.
+fn own_name(title: &str, dialect: Dialect, length: usize) -> String {
+    let plain = name(title, length);
+    if is_reserved(dialect, &plain) {
+        name(&format!("P_{plain}"), length)
+    } else {
+        plain
+    }
+}
+
 /// A comment as long as the controller shows, on one line.
 pub fn comment(text: &str) -> Instruction {
     let text = text.chars().filter(|c| c.is_ascii() && !c.is_control());
@@ -84,7 +95,7 @@ impl<'a> Assembly<'a> {
         (title, variant): (&str, &str),
         comment: &str,
     ) -> Self {
-        let name = name(title, *cell.name_length);
+        let name = own_name(title, dialect, *cell.name_length);
         let mut assembly = Assembly {
             cell,
             dialect,
@@ -163,6 +174,8 @@ impl<'a> Assembly<'a> {
                 krl::standing(standing, numbers)
             }
             (Some(standing), Dialect::Rapid, Some(words)) => rapid::standing(standing, words),
+            // its data say where part and torch are
+            (Some(_), Dialect::Val3, _) => return vec![Instruction::Holds(Holds::Part)],
             _ => return Vec::new(),
         };
         let remark = |text| Instruction::Comment {

@@ -12,7 +12,9 @@ mod coordination;
 mod error;
 mod flank;
 mod partial;
+mod pieces;
 mod service;
+mod steps;
 mod travel;
 mod weaving;
 mod wording;
@@ -27,20 +29,21 @@ use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 use crate::assembly::{Assembly, comment};
 use crate::cell::CellProgramming;
 use crate::held::Standing;
-use coordination::{Coordination, MOST_AXES, axes_at, halfway};
+use coordination::Coordination;
 pub use coordination::{check_axes, tell};
 pub use error::BuildError;
 use flank::Flanks;
 use partial::before;
 pub use partial::{Restart, dry_run, laid_from};
 use service::Upkeep;
+use steps::MOST_AXES;
 pub use wording::check_cell;
 use wording::{RESOLUTION, SHORTEST_WAIT, Wording};
 
 use crate::orientation::{axis_of_wpr, wpr_of_axis};
 use crate::program::{
-    ArcAction, ArcWord, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
-    Speed, Termination,
+    ArcAction, ArcWord, COORDINATED, Dialect, Instruction, MotionInstruction, MotionKind,
+    PositionRef, Program, Speed, Termination,
 };
 use crate::spacing::Spacing;
 
@@ -151,14 +154,25 @@ pub fn build(
     let skipped = settings.from.map_or(Ok(0), |at| before(toolpath, at))?;
     let passes = toolpath.layers.iter();
     let passes = passes.flat_map(|layer| layer.passes().map(|pass| (layer.height, pass)));
-    for (i, (height, pass)) in passes.enumerate() {
+    let mut passes = passes.enumerate().peekable();
+    let ends = |pass: &Pass<'_>, i: usize| Some((pass.head.id, *pass.points.get(i)?));
+    let mut before = None;
+    while let Some((i, (height, pass))) = passes.next() {
+        let begin = ends(&pass, 0);
+        let end = ends(&pass, pass.points.len() - 1);
+        let next = passes.peek().and_then(|(_, (_, next))| ends(next, 0));
+        let joined = Joined {
+            to_last: i > skipped && begin == before,
+            to_next: end == next,
+        };
+        before = end;
         builder.check(&pass)?;
         builder.count_schedules(&pass)?;
         builder.count_bead(&pass);
         if i < skipped {
             builder.stands(&pass, height);
         } else {
-            builder.pass(&pass, height);
+            builder.pass(&pass, height, joined);
         }
     }
     builder.spacing.tell(reporter);
@@ -222,6 +236,14 @@ impl Point {
         let position = rounded(position, 0.0);
         Point { position, ..self }
     }
+}
+
+/// Whether a pass goes on from the one before and into the next, with the arc on: they have one identifier, and the one begins where the other
+/// ends.
+#[derive(Clone, Copy)]
+struct Joined {
+    to_last: bool,
+    to_next: bool,
 }
 
 /// One thing to do along a pass.
@@ -288,6 +310,19 @@ impl Builder<'_> {
         termination: Termination,
         arc: Option<ArcWord>,
     ) {
+        let plain = self.plain(kind, point, speed, termination);
+        self.assembly
+            .push(Instruction::Motion(MotionInstruction { arc, ..plain }));
+    }
+
+    /// A move that switches nothing.
+    fn plain(
+        &mut self,
+        kind: MotionKind,
+        point: Point,
+        speed: Speed,
+        termination: Termination,
+    ) -> MotionInstruction {
         let target = self.target(point);
         self.place = Some(point);
         let extra = match (&self.coordination, &kind, self.settings.dialect) {
@@ -297,20 +332,51 @@ impl Builder<'_> {
                     ..
                 }),
                 MotionKind::Linear | MotionKind::Circular { .. },
-                Dialect::FanucLs,
-            ) => vec!["COORD".to_owned()],
+                dialect,
+            ) if dialect.tells_stations_apart() => vec![COORDINATED.to_owned()],
             _ => Vec::new(),
         };
-        self.assembly.push(Instruction::Motion(MotionInstruction {
-            arc,
+        MotionInstruction {
             extra,
             ..MotionInstruction::plain(kind, target, speed, termination)
-        }));
+        }
     }
 
-    /// How many external axes carry the arm, before those that turn the part.
-    fn slides(&self) -> usize {
-        self.coordination.as_ref().map_or(0, Coordination::slides)
+    /// A move by a path, in as many pieces as the controller needs.
+    fn along(
+        &mut self,
+        (via, to): (Option<Point>, Point),
+        speed: &Speed,
+        termination: Termination,
+        arc: Option<ArcWord>,
+    ) {
+        let mut pieces = self.pieces(via, to);
+        let last = pieces.pop().unwrap_or((via, to));
+        let kind = |builder: &mut Self, via: Option<Point>| {
+            via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
+                via: builder.target(v),
+            })
+        };
+        for (via, end) in pieces {
+            let kind = kind(self, via);
+            let smoothed = self.wording.smoothed(self.settings.smoothing);
+            self.motion(kind, end, speed.clone(), smoothed, None);
+        }
+        let kind = kind(self, last.0);
+        self.motion(kind, last.1, speed.clone(), termination, arc);
+    }
+
+    /// The axes beside the arm at a point of a pass, mm and deg; zeros where none moves.
+    fn axes_at(&self, pass: &Pass<'_>, i: usize) -> [f64; MOST_AXES] {
+        let told = self.coordination.as_ref();
+        told.map_or([0.0; MOST_AXES], |c| c.steps.at(pass, i))
+    }
+
+    /// The same halfway along move `index`.
+    fn axes_between(&self, pass: &Pass<'_>, index: usize) -> [f64; MOST_AXES] {
+        let ends = [index, index + 1].map(|i| self.axes_at(pass, i));
+        let told = self.coordination.as_ref();
+        told.map_or(ends[0], |c| c.steps.halfway(ends[0], ends[1]))
     }
 
     /// The position of a point, with the axes that move with the arm.
@@ -325,7 +391,7 @@ impl Builder<'_> {
 
     fn line(&mut self, point: Point, speed: f64, termination: Termination, arc: Option<ArcWord>) {
         let speed = self.wording.speed(speed);
-        self.motion(MotionKind::Linear, point, speed, termination, arc);
+        self.along((None, point), &speed, termination, arc);
     }
 
     /// The points of a pass whose layer lies `height` mm over the part's z = 0.
@@ -336,7 +402,7 @@ impl Builder<'_> {
             wpr: pass
                 .axis(i)
                 .map_or(default, |axis| wpr_of_axis(default, axis)),
-            axes: axes_at(pass, i, self.slides()),
+            axes: self.axes_at(pass, i),
         };
         pass.points.iter().enumerate().map(at).collect()
     }
@@ -372,10 +438,7 @@ impl Builder<'_> {
                     round.map(|_| Point {
                         position,
                         wpr: self.between(pass, index),
-                        axes: halfway(
-                            axes_at(pass, index, self.slides()),
-                            axes_at(pass, index + 1, self.slides()),
-                        ),
+                        axes: self.axes_between(pass, index),
                     })
                 }
                 Move::Line | Move::Spot { .. } => None,
@@ -402,8 +465,13 @@ impl Builder<'_> {
         }
     }
 
-    /// Executes the steps of a pass from its start; with `schedule` the arc is on and goes off at the end.
-    fn follow(&mut self, pass: &Pass<'_>, steps: &[Step], mut schedule: Option<u32>) {
+    /// Executes the steps of a pass from its start; with `schedule` the arc is on and goes off at the end, where the pass does not go on.
+    fn follow(
+        &mut self,
+        pass: &Pass<'_>,
+        steps: &[Step],
+        (mut schedule, goes_on): (Option<u32>, bool),
+    ) {
         let profile_speed = self.profile(pass).speed;
         for (k, step) in steps.iter().enumerate() {
             if !self.assembly.takes(4, 4) {
@@ -423,7 +491,10 @@ impl Builder<'_> {
                 self.swing(pass, &steps[k..]);
             }
             let next = steps.get(k + 1);
-            let stops = !matches!(next, Some(Step::Move { .. }));
+            let stops = match next {
+                Some(step) => moved(step).is_none(),
+                None => !goes_on,
+            };
             let arc = match (schedule, steps[k + 1..].iter().find_map(moved)) {
                 (Some(current), Some(index)) => {
                     let feed = self.feed(pass, index);
@@ -431,7 +502,7 @@ impl Builder<'_> {
                     schedule = Some(coming);
                     (coming != current).then(|| self.wording.word(ArcAction::Start, coming))
                 }
-                (Some(current), None) if next.is_none() => {
+                (Some(current), None) if next.is_none() && !goes_on => {
                     schedule = None;
                     Some(self.wording.word(ArcAction::End, current))
                 }
@@ -447,10 +518,7 @@ impl Builder<'_> {
                     };
                     let speed = pass.value(Channel::Speed, index).unwrap_or(profile_speed);
                     let speed = self.wording.speed(speed);
-                    let kind = via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
-                        via: self.target(v),
-                    });
-                    self.motion(kind, to, speed, termination, arc);
+                    self.along((via, to), &speed, termination, arc);
                 }
                 Step::Wait(seconds) => {
                     self.assembly.push(Instruction::Wait(seconds));
@@ -463,7 +531,7 @@ impl Builder<'_> {
     }
 
     /// A checked pass of a layer that lies `height` mm over the part's z = 0.
-    fn pass(&mut self, pass: &Pass<'_>, height: f64) {
+    fn pass(&mut self, pass: &Pass<'_>, height: f64, joined: Joined) {
         let points = self.points(pass, height);
         // a pass has a point
         let start = points[0];
@@ -478,6 +546,10 @@ impl Builder<'_> {
                 ),
                 "",
             );
+            return;
+        }
+        if joined.to_last {
+            self.goes_on(pass, (&points, &steps), joined.to_next);
             return;
         }
         let due = if pass.head.role.deposits() {
@@ -503,35 +575,11 @@ impl Builder<'_> {
             let schedule = self.schedule(feed);
             let on = self.wording.word(ArcAction::Start, schedule);
             self.strike(start, way, on);
-            self.follow(pass, &steps, Some(schedule));
-            self.set_weave(0);
-            self.highest = self.highest.max(top + self.growth(pass));
-            let growth = self.growth(pass);
-            self.flanks.lay(pass.layer, places(&points), growth);
-            self.leave(way);
-            self.count(pass);
+            self.follow(pass, &steps, (Some(schedule), joined.to_next));
+            self.laid(pass, &points, joined.to_next);
         } else {
-            self.follow(pass, &steps, None);
+            self.follow(pass, &steps, (None, false));
         }
-    }
-
-    fn count_bead(&mut self, pass: &Pass<'_>) {
-        if pass.head.role.deposits() {
-            *self.beads.entry(pass.layer).or_default() += 1;
-        }
-    }
-
-    /// The pass as people count: the last bead counted, as a restart names it.
-    fn name(&self, pass: &Pass<'_>) -> String {
-        match self.beads.get(&pass.layer) {
-            Some(bead) if pass.head.role.deposits() => format!("Layer {} bead {bead}", pass.layer),
-            _ => format!("Layer {} travel", pass.layer),
-        }
-    }
-
-    /// What a pass grows over its path, mm.
-    fn growth(&self, pass: &Pass<'_>) -> f64 {
-        self.profile(pass).height.max(0.0)
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use meltpath_base::{Angle, Frequency, Length, Ratio, Speed, Time, choice, table};
 use meltpath_toolpath::{Weave, WeaveShape};
 
-use crate::execute::{ExecutionSettings, WeldSettings};
+use crate::execute::{ExecutionSettings, ToldOutput, ToldPosition, WeldSettings};
 use crate::inform::InformWords;
 use crate::krl::KrlWords;
 use crate::positioner::Positioner;
@@ -49,10 +49,17 @@ table! {
         weaves as "weave": Vec<WeaveSchedule> => default([], "programs of others say it, or it is not known");
         /// Registers that programs of others read before they set them.
         registers: Vec<Register> => default([], "none is known");
+        /// FANUC: position registers that programs of others read before they set them, as the pendant shows them: by place, or by joints.
+        position_registers as "position_register": Vec<PositionRegister> => default([], "none is known");
         /// Inputs, outputs and flags that decide what programs of others do.
         signals as "signal": Vec<Signal> => default([], "none is known");
+        /// FANUC, ABB: what group and analog outputs (`GO`, `AO`, `SetGO`, `SetAO`) set the welding source to, in programs of others.
+        outputs as "output": Vec<SourceOutput> => default([], "none is known: where one is set, the metal is not known");
         /// Programs of the cell that lay no metal, such as a torch cleaning: calls to them are passed over.
         passed_over: Vec<String> => default([], "none");
+        /// Those of `passed_over` and of the services that leave the torch where they are called: they do not move the arm, or bring it back
+        /// there. Of others it is not known how the arm goes on.
+        returning: Vec<String> => default([], "the way on from a call is not known");
         /// FANUC: unit of speeds along the path.
         speed_unit: PathSpeedUnit => required;
         /// Decimals of these speeds.
@@ -74,9 +81,9 @@ table! {
         services as "service": Vec<Service> => default([], "nothing");
         /// What tells that a layer has cooled, for jobs with `layers.until = "cooled"`.
         cooled: Cooled => none("layers follow each other after their pause");
-        /// What turns the part while metal is laid. FANUC, KUKA and ABB move it together with the arm.
+        /// What turns the part while metal is laid. FANUC, KUKA, ABB and Yaskawa move it together with the arm.
         positioner: Positioner => none("the part lies still");
-        /// What carries the arm along while metal is laid. FANUC, KUKA and ABB tell it with each position.
+        /// What carries the arm along while metal is laid. FANUC, KUKA, ABB and Yaskawa tell it with each position.
         track: Track => none("the arm stands still");
         /// Smoothing of travels.
         travel_smoothing: Ratio where within(0.0, 1.0) => required;
@@ -138,12 +145,50 @@ table! {
         dwell_right: Time where within(0.0, 10.0) => default("0 s", "it turns at once");
     }
 
-    /// A numeric register of the controller.
+    /// A numeric register of a FANUC, or a variable of a Yaskawa.
     pub struct Register {
+        /// What the controller calls it: `R` of a FANUC, `B`, `I`, `D` or `R` of a Yaskawa.
+        name: String => default("R", "a register R");
         /// Its number.
         number: u32 => required;
         /// Its content.
         value: f64 => required;
+    }
+
+    /// A position register of the controller. What is not written of a place is not known.
+    pub struct PositionRegister {
+        /// Its number.
+        number: u32 => required;
+        /// X of the tool in the user frame.
+        x: Length where within(-1e6, 1e6) => none("not known");
+        /// Y.
+        y: Length where within(-1e6, 1e6) => none("not known");
+        /// Z.
+        z: Length where within(-1e6, 1e6) => none("not known");
+        /// W: about the fixed x axis, first.
+        w: Angle => none("not known");
+        /// P: about the fixed y axis, second.
+        p: Angle => none("not known");
+        /// R: about the fixed z axis, last.
+        r: Angle => none("not known");
+        /// The user frame that it is told in; a move to it in another one is refused.
+        user_frame: u32 => none("any: it counts in the frame that is selected, as on the controller");
+        /// The tool frame that it is told in; a move to it with another one is refused.
+        tool_frame: u32 => none("any: it counts with the frame that is selected, as on the controller");
+        /// The joints, as the controller shows them, where it holds these. They count before a place that is written beside them.
+        joints: [Angle; 6] => none("it holds a place");
+    }
+
+    /// What an output sets the welding source to.
+    pub struct SourceOutput {
+        /// Its name: `GO` or `AO` of a FANUC, what an ABB calls it.
+        name: String => required;
+        /// Its number; an ABB's outputs have none.
+        number: u32 => none("it has a name alone");
+        /// The value that this entry is about. An entry that names its value goes before one that does not.
+        value: f64 => none("every value that no other entry of the output names");
+        /// The weld schedule that the source then works by, from the line on, until another line sets the source.
+        schedule: u32 => none("it shapes no metal");
     }
 
     /// An input, an output or a flag of the controller.
@@ -213,6 +258,21 @@ impl WeaveSchedule {
     }
 }
 
+impl PositionRegister {
+    /// What execution knows of it.
+    fn told(&self) -> ToldPosition {
+        let degrees = |a: &Angle| (a.0.to_degrees() * 1e9).round() / 1e9;
+        let places = [*self.x, *self.y, *self.z].map(|v| v.map(|v| v.0));
+        let turns = [*self.w, *self.p, *self.r].map(|a| a.as_ref().map(degrees));
+        let ([x, y, z], [w, p, r]) = (places, turns);
+        ToldPosition {
+            elements: [x, y, z, w, p, r],
+            joints: self.joints.map(|joints| joints.each_ref().map(degrees)),
+            frames: (*self.user_frame, *self.tool_frame),
+        }
+    }
+}
+
 impl Orientation {
     pub(crate) fn degrees(&self) -> [f64; 3] {
         [*self.w, *self.p, *self.r].map(|a| (a.0.to_degrees() * 1e9).round() / 1e9)
@@ -277,6 +337,21 @@ impl CellProgramming {
         called
     }
 
+    /// Position registers by their numbers; of one that is told twice, in two ways, nothing is known.
+    fn told_positions(&self) -> BTreeMap<u32, ToldPosition> {
+        let mut positions = BTreeMap::new();
+        for register in self.position_registers.iter() {
+            let told = register.told();
+            let known = positions
+                .entry(*register.number)
+                .or_insert_with(|| told.clone());
+            if *known != told {
+                *known = ToldPosition::default();
+            }
+        }
+        positions
+    }
+
     /// What the controller knows and programs of others do not say; `assumed_speed` (mm/s) stands for speeds that nothing says.
     pub fn execution(&self, assumed_speed: f64) -> ExecutionSettings {
         let set = |s: &WeldSchedule| WeldSettings {
@@ -289,7 +364,24 @@ impl CellProgramming {
             registers: self
                 .registers
                 .iter()
+                .filter(|r| r.name.eq_ignore_ascii_case("R"))
                 .map(|r| (*r.number, *r.value))
+                .collect(),
+            variables: self
+                .registers
+                .iter()
+                .map(|r| ((capital(&r.name), *r.number), *r.value))
+                .collect(),
+            positions: self.told_positions(),
+            outputs: self
+                .outputs
+                .iter()
+                .map(|o| ToldOutput {
+                    name: capital(&o.name),
+                    number: *o.number,
+                    value: *o.value,
+                    schedule: *o.schedule,
+                })
                 .collect(),
             signals: self
                 .signals
@@ -311,6 +403,7 @@ impl CellProgramming {
                 .chain(self.services.iter().map(|s| &*s.call))
                 .map(capital)
                 .collect(),
+            returning: self.returning.iter().map(capital).collect(),
             blend: self.blend.map(|b| b.0),
             positioner: self.positioner.as_ref().map(Positioner::turning),
             slides: self.track.as_ref().map_or(0, Track::slides),
@@ -376,6 +469,35 @@ pub(crate) mod tests {
             let found = refused(from, to);
             assert!(found.contains(told), "{found}");
         }
+    }
+
+    #[test]
+    fn registers_and_outputs_are_told_by_tables() {
+        let text = meltpath_data::cells::ARCMATE_120IC.text;
+        let told = |more: &str| {
+            let text = format!("{text}\n{more}");
+            let cell: CellProgramming = settings::peek(&text, &["program"]).unwrap().unwrap();
+            cell.execution(10.0)
+        };
+        let place = "[[program.position_register]]\nnumber = 90\nx = \"1 cm\"\nr = \"-90 deg\"\nuser_frame = 2\n";
+        let known = told(&format!(
+            "{place}[[program.position_register]]\nnumber = 4\njoints = [\"0 deg\", \"10 deg\", \"0 deg\", \"0 deg\", \"-90 deg\", \"0 deg\"]\n\
+             [[program.output]]\nname = \"GO\"\nnumber = 2\nvalue = 3\nschedule = 1\n"
+        ));
+        let ninety = &known.positions[&90];
+        let elements = [Some(10.0), None, None, None, None, Some(-90.0)];
+        assert_eq!(
+            (ninety.elements, ninety.frames),
+            (elements, (Some(2), None))
+        );
+        assert_eq!(known.positions[&4].joints.unwrap()[4], -90.0);
+        assert_eq!(
+            (known.outputs[0].number, known.outputs[0].value),
+            (Some(2), Some(3.0))
+        );
+        // one that is told in two ways is not known
+        let twice = told(&format!("{place}{}", place.replace("1 cm", "2 cm")));
+        assert_eq!(twice.positions[&90], ToldPosition::default());
     }
 
     #[test]

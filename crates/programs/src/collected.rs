@@ -89,6 +89,13 @@ impl Collected {
         self.push(Instruction::Raw(tidy(text)));
     }
 
+    /// Keeps the line being read, which shapes no metal by the kind of what it names.
+    pub(crate) fn pass(&mut self, text: &str) {
+        let at = self.program.instructions.len();
+        self.program.passes.insert(at);
+        self.keep(text);
+    }
+
     /// Keeps the line being read, and marks it where it sets an output of the arc's.
     pub(crate) fn keep_beside(&mut self, arc: Option<ArcLines<'_>>, text: &str) {
         if arc.is_some_and(|arc| arc.touches(text)) {

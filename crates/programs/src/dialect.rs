@@ -7,10 +7,10 @@ use crate::written::{TextFile, WriteError};
 use crate::{fanuc_ls, inform, krl, rapid, ur_script, val3};
 
 impl Dialect {
-    /// Whether its words for a tool that stands while the robot holds the part are written and read: those of KUKA's external TCP and of ABB's
-    /// `robhold`.
+    /// Whether its words for a tool that stands while the robot holds the part are written and read: those of KUKA's external TCP, of ABB's
+    /// `robhold`, and a Stäubli's tools for points of the part.
     pub fn has_words_for_a_standing_torch(self) -> bool {
-        matches!(self, Dialect::Krl | Dialect::Rapid)
+        matches!(self, Dialect::Krl | Dialect::Rapid | Dialect::Val3)
     }
 
     /// The dialect of files whose names end so, in any case.
@@ -75,6 +75,7 @@ pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>,
         Dialect::Inform => inform::write(
             program,
             cell.inform.as_ref().ok_or_else(|| missing("inform"))?,
+            &inform::Pulses::of(cell),
         ),
         Dialect::Val3 => val3::write(program, cell.val3.as_ref().ok_or_else(|| missing("val3"))?),
     }?;
@@ -102,13 +103,10 @@ pub fn read(
     let values = cell.arc_values.len();
     match dialect {
         Dialect::FanucLs => Ok(vec![fanuc_ls::read(bytes)?]),
-        Dialect::Krl => {
-            let amplitude = cell.krl.as_ref().and_then(|k| *k.weave_amplitude);
-            krl::read(bytes, data, values, amplitude)
-        }
+        Dialect::Krl => krl::read(bytes, data, values, cell.krl.as_ref()),
         Dialect::Rapid => rapid::read(bytes, values),
         Dialect::UrScript => ur_script::read(bytes, cell.script.as_ref()),
-        Dialect::Inform => inform::read(bytes, cell.inform.as_ref()),
+        Dialect::Inform => inform::read(bytes, cell.inform.as_ref(), &inform::Pulses::of(cell)),
         Dialect::Val3 => val3::read(bytes, data, cell.val3.as_ref()),
     }
 }

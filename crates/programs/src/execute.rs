@@ -10,22 +10,30 @@ mod circles;
 mod class;
 mod comments;
 mod crater;
+mod deciders;
 mod effect;
 mod flow;
 mod frames;
 mod gap;
 mod held;
+mod inform_logic;
 mod instructions;
+mod job_lines;
+mod logic;
 mod modal;
 mod moves;
+mod outputs;
 mod path;
 mod positions;
 mod refusal;
 mod source;
+mod told;
 mod turned;
 mod turns;
+mod untold;
 mod zones;
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::{Place, Reporter};
@@ -34,16 +42,18 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
 pub use class::{Becomes, becomes};
-pub use gap::{Gap, Missing, NoPose, Open};
+use deciders::Depends;
+pub use gap::{Gap, Lacking, Missing, NoPose, Open};
 use path::{Came, FramesAt, Zone};
 pub use refusal::{ProgramError, Refusal};
+pub use told::{ToldOutput, ToldPosition};
 
-use crate::expression::Memory;
+use crate::expression::{Memory, Names};
 use crate::fanuc_ls::instruction_text;
 use crate::held::Holds;
 use crate::modal::Now;
 use crate::positioner::Turning;
-use crate::program::{ArcValue, Instruction, Position, Program};
+use crate::program::{ArcValue, Dialect, Instruction, Position, Program};
 use crate::scan::tidy;
 use comments::Comments;
 
@@ -52,6 +62,14 @@ use comments::Comments;
 pub struct ExecutionSettings {
     /// Register contents before the start.
     pub registers: BTreeMap<u32, f64>,
+    /// Variables of a Yaskawa before the start, by name and number: `B`, 12.
+    pub variables: BTreeMap<(String, u32), f64>,
+    /// Position registers before the start.
+    pub positions: BTreeMap<u32, ToldPosition>,
+    /// Where the tool is at those that hold joints, mm in the frame that beads are told in; else why that is not known.
+    pub register_poses: BTreeMap<u32, Result<Pose, NoPose>>,
+    /// What outputs set the welding source to.
+    pub outputs: Vec<ToldOutput>,
     /// States of inputs, outputs and flags before the start, by name in capitals and number.
     pub signals: BTreeMap<(String, u32), bool>,
     /// What weld schedules set, by procedure, where it matters, and number.
@@ -69,6 +87,8 @@ pub struct ExecutionSettings {
     pub assumed_speed: f64,
     /// Programs of the cell that lay no metal: calls to them are passed over. Capital letters.
     pub passed_over: BTreeSet<String>,
+    /// Those that leave the torch where they are called.
+    pub returning: BTreeSet<String>,
     /// Distance, mm, at which a path is left that is smoothed in full; nothing where the cell does not say it.
     pub blend: Option<f64>,
     /// What turns the part while metal is laid; nothing where the cell does not say it.
@@ -87,6 +107,10 @@ impl Default for ExecutionSettings {
     fn default() -> Self {
         ExecutionSettings {
             registers: BTreeMap::new(),
+            variables: BTreeMap::new(),
+            positions: BTreeMap::new(),
+            register_poses: BTreeMap::new(),
+            outputs: Vec::new(),
             signals: BTreeMap::new(),
             schedules: BTreeMap::new(),
             called: BTreeMap::new(),
@@ -95,6 +119,7 @@ impl Default for ExecutionSettings {
             unseen_way: 0.5,
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
+            returning: BTreeSet::new(),
             blend: None,
             positioner: None,
             slides: 0,
@@ -231,8 +256,18 @@ pub(crate) fn execution_order(
         memory: Memory {
             registers: settings.registers.clone(),
             signals: settings.signals.clone(),
+            positions: told::places(&settings.positions),
+            names: match programs.first().map(|p| p.dialect) {
+                Some(Dialect::Inform) => told::variables(&settings.variables),
+                _ => Names::default(),
+            },
             ..Memory::default()
         },
+        as_told: settings.positions.keys().map(|n| (*n, *n)).collect(),
+        no_places: BTreeSet::new(),
+        astray: false,
+        depends: OnceCell::new(),
+        by_output: None,
         comments: Comments::of(programs, &settings.arc_values),
         weaves: Vec::new(),
         weave: None,
@@ -311,6 +346,16 @@ struct Machine<'a> {
     settings: &'a ExecutionSettings,
     tables: Vec<BTreeMap<u32, &'a Position>>,
     memory: Memory,
+    /// Position registers that hold what the cell tells of a register, by the number of that one.
+    as_told: BTreeMap<u32, u32>,
+    /// Those that were set to what is no place that is known, and may be joints.
+    no_places: BTreeSet<u32>,
+    /// A jump of a job was passed over: whether later ones lead back is not known.
+    astray: bool,
+    /// What registers and signals hang on, once it was asked for.
+    depends: OnceCell<Depends>,
+    /// What an output set the source to, since no arc word did: the line, and the schedule.
+    by_output: Option<(String, WeldSettings)>,
     /// What comments say of schedules.
     comments: Comments,
     weaves: Vec<Weave>,
@@ -387,6 +432,10 @@ impl Machine<'_> {
         ProgramError {
             program: program.map_or_else(|| "(none)".to_owned(), |p| p.name.clone()),
             line: program.map_or(0, |p| p.line_of(self.at.1 as u32 + 1)),
+            untold: match &why {
+                Refusal::Condition(_) => self.deciders(),
+                _ => Vec::new(),
+            },
             why,
         }
     }

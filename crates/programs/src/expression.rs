@@ -1,7 +1,7 @@
 //! Values and conditions as programs write them: numbers, registers, variables, arguments of calls, `+ - * / DIV MOD`, comparisons, `AND OR NOT !`.
 //! What only the controller knows (inputs that nobody tells, positions, texts) makes the whole unknown, unless the rest decides it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Expressions nested deeper than this are not read.
 const DEEPEST: usize = 32;
@@ -29,6 +29,8 @@ pub(crate) struct Memory {
 pub(crate) struct Names {
     /// By their names as [`Names::key`] spells them.
     pub(crate) values: BTreeMap<String, f64>,
+    /// Those that hold truth values alone: 1 where it is true.
+    pub(crate) truths: BTreeSet<String>,
     pub(crate) spelling: Spelling,
     pub(crate) quotient: Quotient,
 }
@@ -51,6 +53,15 @@ pub(crate) enum Quotient {
 }
 
 impl Names {
+    /// What a variable holds.
+    fn held(&self, name: &str) -> Value {
+        match self.value(name) {
+            Some(value) if self.truths.contains(&self.key(name)) => Value::Truth(value != 0.0),
+            Some(value) => Value::Number(value),
+            None => Value::Unknown,
+        }
+    }
+
     pub(crate) fn key(&self, name: &str) -> String {
         match self.spelling {
             Spelling::AnyCase => name.to_ascii_lowercase(),
@@ -314,7 +325,7 @@ impl<'a> Reader<'a> {
             return Some(match name.to_ascii_uppercase().as_str() {
                 "ON" | "TRUE" => Value::Truth(true),
                 "OFF" | "FALSE" => Value::Truth(false),
-                _ => known(self.memory.names.value(name)),
+                _ => self.memory.names.held(name),
             });
         };
         if let Some((register, element)) = inner.split_once(',') {

@@ -14,7 +14,7 @@ pub use write::write;
 
 pub(crate) use line::parse as parse_instruction;
 pub(crate) use line::weave_text;
-pub(crate) use positions::{lacks_config, other_unit};
+pub(crate) use positions::{lacking, lacks_config, other_unit};
 
 use crate::scan::tidy;
 

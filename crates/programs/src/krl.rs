@@ -62,6 +62,11 @@ pub(crate) fn coupled(machine: u32) -> Attribute {
     }
 }
 
+/// Whether the base of a program is coupled to this machine.
+pub(crate) fn is_coupled_to(program: &crate::program::Program, machine: u32) -> bool {
+    program.attribute(COUPLED) == Some(coupled(machine).value.as_str())
+}
+
 /// Whether the base of a program is coupled to a machine that moves.
 pub(crate) fn is_coupled(program: &crate::program::Program) -> bool {
     program.attribute(COUPLED).is_some()

@@ -23,6 +23,7 @@ pub mod positioner;
 pub mod program;
 pub mod rapid;
 pub mod reading;
+mod reserved;
 pub mod said_frames;
 mod scan;
 pub mod shared_frames;
@@ -45,8 +46,8 @@ pub use build::{
 };
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{
-    Becomes, ExecutionSettings, Gap, Missing, NoPose, Open, ProgramError, Refusal, WeldSettings,
-    becomes,
+    Becomes, ExecutionSettings, Gap, Lacking, Missing, NoPose, Open, ProgramError, Refusal,
+    ToldOutput, ToldPosition, WeldSettings, becomes,
 };
 pub use parsed::{ParseError, Parsed, Unread};
 pub use program::{ArcValue, Dialect, Program};

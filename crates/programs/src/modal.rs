@@ -73,6 +73,8 @@ pub(crate) enum Sets {
     Distance(Option<f64>),
     Orientation(Orientation),
     Round(Round),
+    /// How fast the tool turns at the most, °/s: 0 as it swivels, 1 about its own axis.
+    Turning(usize, f64),
     /// What sets motion back to what is usual on the controller: of the tool's turns it is not known what that is.
     Usual,
     /// Speed of the weld data that are on, mm/s; nothing where none are, or their speed is not known.
@@ -90,6 +92,7 @@ pub(crate) struct Now {
     pub(crate) distance: Said<f64>,
     pub(crate) orientation: Orientation,
     pub(crate) round: Round,
+    pub(crate) turning: [Option<f64>; 2],
     pub(crate) weld: Option<f64>,
 }
 

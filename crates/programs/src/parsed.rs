@@ -84,6 +84,16 @@ pub enum ParseError {
         /// What a program of it has.
         wanted: &'static str,
     },
+    /// A routine whose name its controller does not take.
+    #[error(
+        "line {line}: the program is called {name:?}, and a KUKA's name begins with a letter and has letters, digits and _ alone: rename it, in its file and where it is called"
+    )]
+    Name {
+        /// Line in the file, from 1.
+        line: u32,
+        /// The name.
+        name: String,
+    },
     /// A name of a project's data, or a value of one, that stands twice.
     #[error(
         "{0} stands twice in the data of the project (.dtx): which of them counts is not known; keep one"

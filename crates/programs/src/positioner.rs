@@ -20,8 +20,8 @@ table! {
         source: String => required;
         /// The axes, the one that carries the others first.
         axes as "axis": Vec<PositionerAxis> => required;
-        /// FANUC: what lies still in the user frame that positions are told in. KUKA's and ABB's frames turn with the part.
-        user_frame: UserFrame => none("needed for fanuc-ls");
+        /// FANUC and Yaskawa: what lies still in the user frame that positions are told in; a Yaskawa's is the base. KUKA's and ABB's frames turn with the part.
+        user_frame: UserFrame => none("needed for fanuc-ls and yaskawa-inform");
         /// FANUC: its motion group.
         group: u32 where within(2.0, 8.0) => default(2, "the first beside the arm");
         /// KUKA: its number among the machines (`MACHINE_DEF`).
@@ -36,6 +36,8 @@ table! {
         origin: [Length; 3] => none("needed where the table turns in the user frame");
         /// The direction about which it turns the part the right-handed way, all axes at zero.
         direction: [f64; 3] => none("needed where the table turns in the user frame");
+        /// Yaskawa: pulses a degree, below zero where they count against the direction; a parameter of the controller.
+        pulses_per_degree: f64 where within(-1e7, 1e7) => none("needed for yaskawa-inform");
     }
 }
 
@@ -53,10 +55,12 @@ pub struct Line {
 pub struct Turning {
     /// How many axes it has.
     pub(crate) count: usize,
-    /// It is known what lies still in a FANUC's user frame.
+    /// It is known what lies still in a FANUC's or a Yaskawa's user frame.
     pub(crate) told: bool,
-    /// Its motion group on a FANUC.
+    /// Its motion group on a FANUC, and what stands for it of a Yaskawa's station.
     pub(crate) group: u32,
+    /// Its number among the machines of a KUKA.
+    pub(crate) machine: u32,
     /// The axes, where the table turns in the frame that positions are told in.
     pub lines: Option<Vec<Line>>,
 }
@@ -80,6 +84,7 @@ impl Positioner {
             count: self.axes.len(),
             told: self.user_frame.is_some() && (lines.is_some() || !stands),
             group: *self.group,
+            machine: *self.machine,
             lines,
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Numbers are as files hold them: mm and degrees, speeds in the unit written.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::choice;
 use meltpath_toolpath::Weave;
@@ -27,6 +27,9 @@ choice! {
 
 /// The word of a move along a path whose joints go at a small share of their speeds: the share follows, %.
 pub(crate) const JOINTS_AT: &str = "joints at ";
+
+/// The word of a move that goes with a positioner: FANUC's own, and what stands here for a Yaskawa's `SMOVL`.
+pub(crate) const COORDINATED: &str = "COORD";
 
 /// One program.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +56,8 @@ pub struct Program {
     pub texts: Vec<String>,
     /// Kept lines that have to do with those that switch the arc, by their index.
     pub arc_lines: BTreeMap<usize, ArcLine>,
+    /// Kept lines that shape no metal by the kinds of what they name, by their index.
+    pub passes: BTreeSet<usize>,
     /// What instructions do to beads beside their own words, by their index.
     pub unsaid: BTreeMap<usize, Vec<Unsaid>>,
     /// Where it says that its frames lie.
@@ -75,6 +80,7 @@ impl Default for Program {
             lines: Vec::new(),
             texts: Vec::new(),
             arc_lines: BTreeMap::new(),
+            passes: BTreeSet::new(),
             unsaid: BTreeMap::new(),
             said_frames: SaidFrames::default(),
             modal: Modal::default(),
@@ -452,7 +458,7 @@ pub struct Axis {
 
 impl Axis {
     /// The joints of an arm by their numbers, degrees.
-    pub(crate) fn joints(angles: impl IntoIterator<Item = f64>) -> Vec<Axis> {
+    pub fn joints(angles: impl IntoIterator<Item = f64>) -> Vec<Axis> {
         let axis = |(value, number): (f64, u32)| Axis {
             name: format!("J{number}"),
             value,
@@ -485,6 +491,11 @@ impl Dialect {
             Dialect::Inform => "Yaskawa INFORM",
             Dialect::Val3 => "Stäubli VAL3",
         }
+    }
+
+    /// Whether axes that turn the part are a group of their own, which goes with the arm by a word of the move.
+    pub(crate) fn tells_stations_apart(self) -> bool {
+        matches!(self, Dialect::FanucLs | Dialect::Inform)
     }
 
     /// Whether each move names the frames that it is in, so that no other line selects them.

@@ -13,6 +13,7 @@ mod parse;
 mod seam;
 mod statements;
 mod variables;
+mod variants;
 mod words;
 mod write;
 

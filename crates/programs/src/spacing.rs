@@ -17,6 +17,13 @@ pub fn interpolation_cycle(dialect: Dialect) -> f64 {
     }
 }
 
+/// The shortest time of a move that the controller of a cell plans without slowing down, s: as its file tells, else the
+/// [`interpolation_cycle`].
+pub fn shortest_move(cell: &CellProgramming, dialect: Dialect) -> f64 {
+    let told = cell.shortest_move.map(|t| t.0);
+    told.unwrap_or_else(|| interpolation_cycle(dialect))
+}
+
 /// Counts moves of beads that are too short.
 #[derive(Debug)]
 pub struct Spacing {
@@ -40,10 +47,9 @@ struct Short {
 impl Spacing {
     /// For the controller of a cell.
     pub fn new(cell: &CellProgramming, dialect: Dialect) -> Self {
-        let told = cell.shortest_move.map(|t| t.0);
         Spacing {
-            least: told.unwrap_or_else(|| interpolation_cycle(dialect)),
-            guessed: told.is_none(),
+            least: shortest_move(cell, dialect),
+            guessed: cell.shortest_move.is_none(),
             short: None,
         }
     }

@@ -19,6 +19,8 @@ table! {
         user_frame: TrackFrame => required;
         /// ABB: its mechanical unit, which programs activate.
         unit: String => none("needed for abb-rapid");
+        /// Yaskawa: pulses a millimetre of the base axis, below zero where they count against the track; a parameter of the controller.
+        pulses_per_millimetre: f64 where within(-1e7, 1e7) => none("needed for yaskawa-inform");
     }
 }
 

@@ -64,6 +64,10 @@ pub(crate) trait Language {
     fn written(&self, place: &[(&'static str, f64)]) -> String;
     /// The place that data declare by a name.
     fn declared(&self, name: &str) -> Option<Place>;
+    /// The variables that hold truth values alone, as [`Names::key`] spells them.
+    fn truths(&self) -> BTreeSet<String> {
+        BTreeSet::new()
+    }
     fn spelling(&self) -> Spelling;
     fn quotient(&self) -> Quotient;
 }
@@ -101,6 +105,7 @@ fn run_through<L: Language>(
         memory: Memory {
             names: Names {
                 values: constants.clone(),
+                truths: language.truths(),
                 spelling: language.spelling(),
                 quotient: language.quotient(),
             },
@@ -345,6 +350,14 @@ impl<L: Language> Run<'_, L> {
                 return;
             }
         } else if base == key && !self.shared.contains(&base) {
+            let truth = self.memory.names.truths.contains(&base);
+            if let Some(holds) = self.memory.condition(&value).filter(|_| truth) {
+                self.memory
+                    .names
+                    .values
+                    .insert(key, f64::from(u8::from(holds)));
+                return;
+            }
             let other = self.memory.names.key(value.trim());
             self.known_place(&other);
             if let Some(place) = self

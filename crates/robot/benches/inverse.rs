@@ -1,9 +1,11 @@
-//! Poses a second and core: all ways of the closed forms, checked from the returned angles.
+//! Poses a second and core: all ways of the closed forms, checked from the returned angles; one by one, and many at once.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_data::robots;
+use meltpath_geometry::Pose;
 use meltpath_numerics::random::Random;
 use meltpath_robot::cell;
+use meltpath_robot::kinematics::{Batch, Poses, Ways};
 
 const COUNT: u32 = 10_000;
 
@@ -20,11 +22,20 @@ fn inverse(c: &mut Criterion) {
         };
         let mut random = Random::new(1);
         let arm = cell.arm;
-        let poses: Vec<_> = (0..COUNT)
+        let poses: Vec<Pose> = (0..COUNT)
             .map(|_| arm.forward(std::array::from_fn(|_| random.between(-3.1, 3.1))))
             .collect();
-        group.bench_function(file.name, |b| {
+        group.bench_function(format!("one by one/{}", file.name), |b| {
             b.iter(|| poses.iter().filter(|p| arm.inverse(**p).is_ok()).count());
+        });
+        let poses: Poses = poses.into_iter().collect();
+        let batch = Batch::of(&arm);
+        let mut ways = Ways::default();
+        group.bench_function(format!("at once/{}", file.name), |b| {
+            b.iter(|| {
+                batch.inverse(&poses, &mut ways);
+                ways.angles()[0].len()
+            });
         });
     }
     group.finish();

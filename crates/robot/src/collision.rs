@@ -9,6 +9,7 @@
 mod bodies;
 mod clear;
 mod distance;
+mod form;
 mod metal;
 pub(crate) mod motion;
 mod pairs;
@@ -20,7 +21,7 @@ mod surroundings;
 mod sweep;
 
 pub use bodies::Body;
-pub use clear::{Clearance, Cleared, hold_clear, is_nearest_on, room_over};
+pub use clear::{Clearance, Cleared, hold_clear, is_nearest_on, room, room_over};
 pub use metal::Metal;
 pub use pairs::Pairs;
 pub use solids::{Rod, Solids};

@@ -22,7 +22,9 @@ use crate::interpolation::fir::{MotionError, simulate};
 use crate::interpolation::joints::{Along, Bending, JointMoves, Lacks};
 use crate::interpolation::riders::{Carried, Rider, Riders};
 use crate::joint_move::JointMove;
-use crate::kinematics::Limits;
+use crate::kinematics::arm::beside;
+use crate::kinematics::numeric::apart;
+use crate::kinematics::{Batch, Limits, Poses, Unreachable, Ways};
 use crate::pacing::{Asked, Pacing, rates};
 use crate::posture::{Axes, Held, Least, NotHeld, Task, Why};
 use crate::weave::Weaving;
@@ -170,6 +172,19 @@ struct Moment {
     sample: usize,
 }
 
+/// A place of the motion that the axes are to come to.
+struct Place {
+    tip: Pose,
+    external: External,
+    /// Where every axis stands on a joint move.
+    alone: Option<Values>,
+    command: u32,
+    speed: f64,
+    sample: usize,
+    /// The flange in the arm's base.
+    flange: Pose,
+}
+
 /// Moments, the arc burning, without one between that was not followed.
 #[derive(Default)]
 struct Run {
@@ -195,6 +210,9 @@ struct Following<'a> {
     step: f64,
     count: usize,
     found: Driven,
+    batch: Batch<'a>,
+    /// Ways of the arm at the places of a block of samples.
+    ways: Ways,
 }
 
 impl<'a> Following<'a> {
@@ -215,6 +233,8 @@ impl<'a> Following<'a> {
             run: Run::default(),
             step: EVERY as f64 * dt,
             count: 0,
+            batch: Batch::of(&task.cell.arm),
+            ways: Ways::default(),
             found: Driven {
                 pacing: Pacing::own(dt),
                 ..Driven::default()
@@ -232,13 +252,28 @@ impl<'a> Following<'a> {
         })
     }
 
-    /// Takes the next place of the motion.
-    fn place(
-        &mut self,
-        (tip, external): (Pose, External),
-        alone: Option<Values>,
-        (command, speed): (u32, f64),
-    ) {
+    /// The joints nearest to where the arm is at place `i` of a block.
+    fn onward(&self, i: usize, flange: Pose, near: &[f64; 6]) -> Result<[f64; 6], Unreachable> {
+        if !self.batch.is_side_by_side() || self.ways.is_alone(i) {
+            return self.task.cell.arm.onward(flange, near);
+        }
+        let ways = self.ways.of(i)?.map(|way| beside(way.angles, near));
+        let ways = ways.map(|joints| (apart(&joints, near), joints));
+        let nearest = ways.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|n| n.1).ok_or(Unreachable::AtBorder)
+    }
+
+    /// Goes on to place `i` of a block.
+    fn place(&mut self, i: usize, place: &Place) {
+        let Place {
+            tip,
+            external,
+            alone,
+            command,
+            speed,
+            sample,
+            flange,
+        } = *place;
         let of = self.task.commands.get(command as usize);
         let joint = of.is_some_and(|c| matches!(c.kind, Kind::Joint(_)));
         if joint && self.joint_moves.known(command).is_none() {
@@ -255,8 +290,7 @@ impl<'a> Following<'a> {
         let joints = if let Some(values) = alone {
             values.arm
         } else {
-            let flange = cell.base_from_flange(tip, &Values::of(near, external));
-            match cell.arm.onward(flange, &near) {
+            match self.onward(i, flange, &near) {
                 Ok(joints) => joints,
                 Err(why) => return self.lose(tip, command, Why::Unreachable(why)),
             }
@@ -272,7 +306,7 @@ impl<'a> Following<'a> {
             tip: tip.position,
             speed,
             command,
-            sample: self.count - 1,
+            sample,
         };
         self.go_on(moment);
         self.moments.push(moment);
@@ -451,6 +485,8 @@ fn frame(axis: DVec3, across: DVec3) -> DQuat {
 
 impl MotionSink for Following<'_> {
     fn block(&mut self, block: &MotionBlock) {
+        let task = self.task;
+        let mut places = Vec::with_capacity(block.position.len().div_ceil(EVERY));
         for (i, &position) in block.position.iter().enumerate() {
             let Rider { across, carried } = self.riders.next_sample();
             let lacks = self.joint_moves.next_sample();
@@ -463,11 +499,24 @@ impl MotionSink for Following<'_> {
                 position,
                 orientation: frame(axis, across + lacks.map_or(DVec3::ZERO, |l| l.across)),
             };
-            let command = block.command.get(i).copied().unwrap_or(0);
-            let speed = block.speed.get(i).copied().unwrap_or(0.0);
             let external = External(carried.to_array());
-            let alone = lacks.and_then(|lacks: Lacks| lacks.alone);
-            self.place((tip, external), alone, (command, speed));
+            let values = Values::of(task.values.arm, external);
+            places.push(Place {
+                tip,
+                external,
+                alone: lacks.and_then(|lacks: Lacks| lacks.alone),
+                command: block.command.get(i).copied().unwrap_or(0),
+                speed: block.speed.get(i).copied().unwrap_or(0.0),
+                sample: self.count - 1,
+                flange: task.cell.base_from_flange(tip, &values),
+            });
+        }
+        if self.batch.is_side_by_side() {
+            let flanges: Poses = places.iter().map(|place| place.flange).collect();
+            self.batch.inverse(&flanges, &mut self.ways);
+        }
+        for (i, place) in places.iter().enumerate() {
+            self.place(i, place);
         }
     }
 }

@@ -1,9 +1,12 @@
 //! Where a robot's joints put its flange, and which joint values put the flange where it shall be.
 //! Lengths are mm, angles rad; poses are those of the flange in the robot's base.
 
+mod angles;
 pub mod arm;
+pub mod batch;
 pub mod chain;
 pub mod configuration;
+mod lanes;
 pub mod nearness;
 pub mod numeric;
 pub mod offset_wrist;
@@ -13,6 +16,7 @@ pub mod reach;
 pub mod solution;
 
 pub use arm::{Arm, Geometry, Inverse};
+pub use batch::{Batch, Poses, Ways};
 pub use chain::{Chain, Joint, JointKind, Limits};
 pub use configuration::Configuration;
 pub use nearness::Nearness;

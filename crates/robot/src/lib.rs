@@ -6,6 +6,7 @@ pub mod collision;
 pub mod command;
 pub mod controller;
 pub mod driven;
+pub mod hull;
 pub mod interpolation;
 pub mod joint_move;
 pub mod kinematics;

@@ -10,7 +10,7 @@ use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 use crate::command::Command;
 use crate::summary::Summary;
 
-pub(crate) use limits::{Asked, rates};
+pub use limits::{Asked, rates};
 
 /// Rates nearer to 1 than this are 1.
 const FULL: f64 = 1e-9;

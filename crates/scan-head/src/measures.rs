@@ -12,5 +12,6 @@ pub mod light;
 pub mod outline;
 pub mod segment;
 pub mod stray_light;
+pub mod strays;
 mod sweep;
 pub mod swept_surface;

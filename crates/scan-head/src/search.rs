@@ -24,6 +24,8 @@ use crate::measures::dark_way::LightReach;
 use crate::measures::delays::DelayTuning;
 use crate::measures::fill_rate::FillRate;
 use crate::measures::fill_share::FillShare;
+use crate::measures::hatch::HatchDistance;
+use crate::measures::strays::lost_by_straying;
 use meltpath_toolpath::Role;
 
 /// Lit points are compared with marks commanded at most this long before, s.
@@ -93,6 +95,10 @@ pub struct Candidate {
     pub contour_error: f64,
     /// The longest stretch of contours without light, mm, on the small job.
     pub unlit: f64,
+    /// The longest stretch of light where no mark is, mm, on the small job.
+    pub stray: f64,
+    /// The longest that may be, mm: [`longest_stray`].
+    pub most_stray: f64,
     /// Fill rate on the small job; 1 where no line of a fill is marked.
     pub fill_rate: f64,
     /// Whether all bounds are kept.
@@ -165,6 +171,7 @@ impl Found {
             (bounds.contour_share - c.contour_share).max(0.0)
                 + (bounds.fill_rate - c.fill_rate).max(0.0)
                 + (1.0 - self.most_unlit / c.unlit).max(0.0)
+                + (1.0 - c.most_stray / c.stray).max(0.0)
         };
         self.tried
             .iter()
@@ -176,6 +183,13 @@ impl Found {
 /// The longest stretch of contours that may stay without light, mm: as far as a spot of a head heals, or as contours may be off.
 pub fn longest_unlit(head: &ScanHead, contour_error: f64) -> f64 {
     (2.0 * head.beam.waist).max(contour_error)
+}
+
+/// The longest stretch of light that may lie where no mark is, mm: as much, and what the fastest jump of a recipe goes in a sample of the head,
+/// since light is switched with samples.
+pub fn longest_stray(head: &ScanHead, contour_error: f64, recipe: &Recipe) -> f64 {
+    let fastest = recipe.contour_jump_speed.max(recipe.fill_jump_speed);
+    longest_unlit(head, contour_error) + fastest * head.period
 }
 
 /// The head with its mirrors' first filter scaled.
@@ -378,10 +392,10 @@ impl Search<'_> {
         let b = &self.bounds;
         let range = [b.contour_speed, b.fill_speed];
         let good = |c: &Candidate| {
-            [
-                c.contour_share >= b.contour_share && c.unlit <= self.most_unlit(),
-                c.fill_rate >= b.fill_rate,
-            ]
+            // either speed may be why the mirrors still move when light comes on
+            let clean = c.stray <= c.most_stray;
+            let contours = c.contour_share >= b.contour_share && c.unlit <= self.most_unlit();
+            [clean && contours, clean && c.fill_rate >= b.fill_rate]
         };
         // for each speed the fastest scanned one that is good, and the next faster one, which is not
         let mut ends: [Option<Halving>; 2] = [None, None];
@@ -460,6 +474,8 @@ impl Search<'_> {
             contour_share: 0.0,
             contour_error: f64::INFINITY,
             unlit: f64::INFINITY,
+            stray: f64::INFINITY,
+            most_stray: longest_stray(head.head(), self.bounds.contour_error, &recipe),
             fill_rate: 0.0,
             within: false,
             recipe: recipe.clone(),
@@ -491,7 +507,13 @@ impl Search<'_> {
         candidate.contour_share = errors.contour_share(self.bounds.contour_error, strays);
         candidate.contour_error = errors.contour_way.quantile(0.99);
         candidate.unlit = errors.dark().longest.length;
-        candidate.fill_rate = fill;
+        candidate.stray = errors.stray.longest.length;
+        let lost = strays
+            .zip(HatchDistance::of(&job))
+            .map_or(0.0, |(sigma, hatch)| {
+                lost_by_straying(sigma, hatch, 2.0 * radius)
+            });
+        candidate.fill_rate = (fill - lost).max(0.0);
         candidate.within = self.within(&candidate);
         candidate.recipe = recipe;
         Ok(candidate)
@@ -500,6 +522,7 @@ impl Search<'_> {
     fn within(&self, c: &Candidate) -> bool {
         c.contour_share >= self.bounds.contour_share
             && c.unlit <= self.most_unlit()
+            && c.stray <= c.most_stray
             && c.fill_rate >= self.bounds.fill_rate
     }
 

@@ -26,13 +26,17 @@ choice! {
     }
 }
 
-/// How powder conducts, as a share of the dense solid's conductivity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How powder conducts.
+#[derive(Debug, Clone, PartialEq)]
 pub enum PowderConduction {
     /// By the relative density: `k_c = k_s (1 − φ)` (Béraud 2016, table 3.2.1).
     Proportional,
-    /// This share for fresh powder, rising to 1 in proportion to the densification.
-    Ratio(f64),
+    /// As it was measured, W/(m·K), on powder that is as hot, K, for the first time. From the last corner on it nears the dense
+    /// metal's at the solidus, in proportion to the densification.
+    Measured {
+        /// The corners, temperatures strictly increasing.
+        corners: Vec<[f64; 2]>,
+    },
 }
 
 /// Powder before it melts.
@@ -40,7 +44,7 @@ pub enum PowderConduction {
 pub struct Powder {
     /// Relative density `1 − φ` against the highest temperature reached, K; 1 from the solidus on, whatever it says there.
     pub relative_density: Law,
-    /// Share of the dense solid's conductivity.
+    /// Its conductivity.
     pub conduction: PowderConduction,
     /// Emissivity.
     pub emissivity: f64,
@@ -204,16 +208,42 @@ impl Material {
         }
     }
 
-    /// Share of the dense conductivity at relative density `relative`: `[a, b]` of `a + b·relative`.
-    pub fn powder_conduction(&self) -> [f64; 2] {
+    /// Corners `[relative density, share of the dense conductivity]` between which powder conducts, from fresh powder at the start
+    /// temperature to dense metal; two, or three and more where it was measured.
+    pub fn powder_conduction(&self) -> Vec<[f64; 2]> {
         let fresh = self.relative_density(self.start);
-        match self.powder.conduction {
-            PowderConduction::Ratio(share) if fresh < 1.0 => {
-                let slope = (1.0 - share) / (1.0 - fresh);
-                [1.0 - slope, slope]
+        let corners = match &self.powder.conduction {
+            PowderConduction::Measured { corners } if fresh < 1.0 - 1e-6 => corners,
+            _ => return vec![[0.0, 0.0], [1.0, 1.0]],
+        };
+        let measured = Law::Table {
+            corners: corners.clone(),
+        };
+        let share = |kelvin: f64| 1e-3 * measured.at(kelvin) / self.conductivity(kelvin);
+        let mut found = vec![[fresh, share(self.start)]];
+        for [kelvin, _] in corners {
+            let relative = self.relative_density(*kelvin);
+            let last = found[found.len() - 1][0];
+            if relative > last + 1e-6 && relative < 1.0 - 1e-6 {
+                found.push([relative, share(*kelvin)]);
             }
-            _ => [0.0, 1.0],
         }
+        found.push([1.0, 1.0]);
+        found
+    }
+
+    /// How much larger the diffusivity of powder beside dense metal is than that of the metal: it conducts by the harmonic mean of both
+    /// but stores only its own share; 1 where it is not larger.
+    pub(crate) fn powder_contrast(&self) -> f64 {
+        let contrast = |share: f64, relative: f64| 2.0 * share / (share + 1.0) / relative;
+        let fresh = self.relative_density(self.start);
+        if self.powder.conduction == PowderConduction::Proportional {
+            return contrast(fresh, fresh).max(1.0);
+        }
+        let corners = self.powder_conduction().into_iter();
+        let corners = corners.filter(|[relative, _]| *relative > 0.0);
+        let contrasts = corners.map(|[relative, share]| contrast(share, relative));
+        contrasts.fold(1.0, f64::max)
     }
 }
 

@@ -537,12 +537,7 @@ impl<R: Real> Solver<R> {
 
 /// The largest stable explicit step on cells of these edges, mm; see [`Solver::stable_step`].
 pub(crate) fn stable_step(material: &Material, curve: &Enthalpy, [dx, dy, dz]: [f64; 3]) -> f64 {
-    let fresh = material.relative_density(material.start);
-    // beside dense metal a powder cell conducts by the harmonic mean but stores only its own share
-    let [a, b] = material.powder_conduction();
-    let share = a + b * fresh;
-    let contrast = (2.0 * share / (share + 1.0) / fresh).max(1.0);
-    let worst = (curve.diffusivity_solid * contrast).max(curve.diffusivity_max);
+    let worst = (curve.diffusivity_solid * material.powder_contrast()).max(curve.diffusivity_max);
     let rate = 2.0 * worst * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
     0.95 / rate
 }

@@ -5,6 +5,7 @@ mod column;
 mod divide;
 pub mod error;
 pub mod layer;
+mod merge;
 pub mod motion;
 pub mod pass;
 mod rename;

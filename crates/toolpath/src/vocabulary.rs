@@ -140,7 +140,8 @@ pub struct Weave {
 /// What a pass is, apart from where it goes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PassHead {
-    /// Stable identifier.
+    /// Stable identifier. A pass that follows one of the same identifier goes on with it: it begins where that ends, with the arc on, as one
+    /// bead that winds from layer to layer does.
     pub id: PassId,
     /// Part, counted from 0.
     pub part: u32,

@@ -5,7 +5,7 @@ use std::slice::Iter;
 
 use toml::de::{DeTable, DeValue};
 
-use super::{Bounds, Fallback, Key, Kind, Problem, Setting, Table, Value, syntax};
+use super::{Bounds, Fallback, Key, Kind, Problem, Setting, Table, Under, Value, syntax};
 use crate::provenance::Provenance;
 use crate::resolved::{Origin, Resolved};
 
@@ -52,8 +52,15 @@ impl Reader {
         errors.is_empty().then_some(node)
     }
 
-    pub(super) fn document<T: Value>(&mut self, text: &str) -> Option<T> {
-        let node = self.tree(text)?;
+    pub(super) fn document<T: Value>(
+        &mut self,
+        text: &str,
+        under: Option<&Under<'_>>,
+    ) -> Option<T> {
+        let mut node = self.tree(text)?;
+        if let (Some(under), DeValue::Table(table)) = (under, node.get_mut()) {
+            under.fill(table);
+        }
         let place = Place {
             name: "",
             bounds: Bounds::any(),

@@ -49,7 +49,8 @@ impl Exported {
     }
 }
 
-fn mat_variable(out: &mut Vec<u8>, name: &str, matrix: &Matrix) {
+/// One variable.
+pub(super) fn mat_variable(out: &mut Vec<u8>, name: &str, matrix: &Matrix) {
     let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     for field in [
         0,

@@ -4,7 +4,7 @@
 //! transformation (a component in its assembly) and by mapped items. The tree is walked from the
 //! representations that are a component of none.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use meltpath_base::Reporter;
@@ -42,6 +42,8 @@ struct Walk<'a> {
     solids: HashMap<(u64, u64), Arc<Solid>>,
     reached: HashSet<u64>,
     ignored: HashMap<String, usize>,
+    /// Names of components that hold no body and no component.
+    hollow: BTreeSet<String>,
     /// Groups placed so far, with or without bodies.
     visits: usize,
     model: BrepModel,
@@ -59,6 +61,7 @@ pub(super) fn read(file: &Exchange<'_>, reporter: &Reporter) -> Result<BrepModel
         solids: HashMap::new(),
         reached: HashSet::new(),
         ignored: HashMap::new(),
+        hollow: BTreeSet::new(),
         visits: 0,
         model: BrepModel::default(),
     };
@@ -292,6 +295,7 @@ impl<'a> Walk<'a> {
         }
         let product = group.iter().find_map(|id| self.names.get(id)).cloned();
         let mut placed: HashSet<u64> = HashSet::new();
+        let mut holds = false;
         let mut inner = path.to_vec();
         inner.extend(product.clone().filter(|n| !n.is_empty()));
         for &id in group {
@@ -301,6 +305,7 @@ impl<'a> Walk<'a> {
             let units = self.units(representation)?;
             for item in representation.references(1)? {
                 if solids::is_body(item) {
+                    holds = true;
                     // one body may be listed by several representations in one frame
                     if !placed.insert(item.id()) {
                         continue;
@@ -314,6 +319,7 @@ impl<'a> Walk<'a> {
                         representation,
                     )?;
                 } else if item.keyword() == "MAPPED_ITEM" {
+                    holds = true;
                     let map = item.reference(1)?;
                     let mapped = map.reference(1)?;
                     let origin = transform(map.reference(0)?, &self.units(mapped)?)?;
@@ -326,10 +332,16 @@ impl<'a> Walk<'a> {
                 }
             }
             for component in self.components.get(&id).cloned().unwrap_or_default() {
+                holds = true;
                 let group = self.group(component.representation);
                 let pose = part_from_group * component.parent_from_component;
                 self.place(&group, pose, &inner, representation, depth - 1)?;
             }
+        }
+        if !holds && depth < DEPTH {
+            let name = product.filter(|n| !n.is_empty());
+            self.hollow
+                .insert(name.unwrap_or_else(|| from.place().to_string()));
         }
         Ok(())
     }
@@ -413,12 +425,16 @@ impl<'a> Walk<'a> {
                 first = first.or_else(|| Some(entity.place()));
             }
         }
-        let outside = self
+        let outside: BTreeSet<String> = self
             .entities()
             .filter(|e| {
                 e.has("APPLIED_EXTERNAL_IDENTIFICATION_ASSIGNMENT") || e.has("DOCUMENT_FILE")
             })
-            .count();
+            .map(|e| e.text(0))
+            .collect();
+        let mut hollow = std::mem::take(&mut self.hollow);
+        hollow.extend(self.shapeless()?);
+        let listed = |names: BTreeSet<String>| Vec::from_iter(names).join(", ");
         let mut ignored: Vec<String> = self
             .ignored
             .iter()
@@ -442,14 +458,30 @@ impl<'a> Walk<'a> {
         }
         if self.model.solids.is_empty() {
             return Err(StepError::NoShape {
-                holds: if outside > 0 {
-                    format!("references to {outside} other files, which are not followed")
+                holds: if !outside.is_empty() {
+                    format!(
+                        "references to other files, which are not followed: {}",
+                        listed(outside)
+                    )
                 } else if ignored.is_empty() {
                     "no shape items".to_owned()
                 } else {
                     ignored.join(", ")
                 },
             });
+        }
+        if !hollow.is_empty() && !outside.is_empty() {
+            return Err(StepError::Elsewhere {
+                components: listed(hollow),
+                files: listed(outside),
+            });
+        }
+        if !hollow.is_empty() {
+            self.reporter.warn(
+                "step-empty-component",
+                format!("components without a body: {}", listed(hollow)),
+                "export again if a piece of the part is missing",
+            );
         }
         if !ignored.is_empty() {
             self.reporter.warn(
@@ -462,6 +494,25 @@ impl<'a> Walk<'a> {
             );
         }
         Ok(())
+    }
+}
+
+impl Walk<'_> {
+    /// Products that an assembly uses, and of which the file tells neither a shape nor parts.
+    fn shapeless(&self) -> Result<Vec<String>, StepError> {
+        let shapes = self.definition_representations();
+        let mut ends = Vec::new();
+        let mut parents = HashSet::new();
+        for usage in self.entities() {
+            if usage.has("NEXT_ASSEMBLY_USAGE_OCCURRENCE") {
+                parents.insert(usage.reference(3)?.id());
+                ends.push(usage.reference(4)?);
+            }
+        }
+        let shapeless =
+            |e: &Entity<'_>| !shapes.contains_key(&e.id()) && !parents.contains(&e.id());
+        let name = |e: Entity<'_>| product_name(e).unwrap_or_else(|| e.place().to_string());
+        Ok(ends.into_iter().filter(shapeless).map(name).collect())
     }
 }
 

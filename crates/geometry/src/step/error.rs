@@ -134,6 +134,16 @@ pub enum StepError {
         /// The limit.
         limit: usize,
     },
+    /// Components of an assembly lie in other files.
+    #[error(
+        "components of the assembly have no shape in this file: {components}; it refers to other files, which are not followed: {files}; export the assembly with all of its parts in one file"
+    )]
+    Elsewhere {
+        /// Their names.
+        components: String,
+        /// The files.
+        files: String,
+    },
     /// The file holds no solid and no surface model.
     #[error(
         "the file holds no solid; it holds {holds}; export the part as a solid (AP203, AP214 or AP242)"

@@ -437,3 +437,35 @@ fn errors_name_entity_and_line() {
         assert!(message.contains(expected), "{data}\n{message}");
     }
 }
+
+/// A component whose body lies in another file is not left out in silence; one without a body is told.
+#[test]
+fn components_in_other_files_are_refused() {
+    let text = std::fs::read_to_string(folder().join("assembly.step")).unwrap();
+    let body = text
+        .find("ADVANCED_BREP_SHAPE_REPRESENTATION('',(")
+        .unwrap();
+    let comma = body + text[body..].find(",#").unwrap();
+    let end = comma + text[comma..].find("),").unwrap();
+    let hollow = format!("{}{}", &text[..comma], &text[end..]);
+    let outside = "#90001=DOCUMENT_FILE('bolt.stp','',$,#90002,'',$);\n#90002=DOCUMENT_TYPE('');\n";
+    let data = hollow.rfind("ENDSEC;").unwrap();
+    let referred = format!("{}{outside}{}", &hollow[..data], &hollow[data..]);
+    let reporter = Reporter::new();
+    let error = step::read(referred.as_bytes(), &reporter).unwrap_err();
+    assert!(matches!(error, StepError::Elsewhere { .. }), "{error}");
+    assert!(error.to_string().contains("bolt.stp"), "{error}");
+    let reporter = Reporter::new();
+    step::read(hollow.as_bytes(), &reporter).unwrap();
+    let told = reporter.warnings();
+    assert!(
+        told.iter().any(|w| w.code == "step-empty-component"),
+        "{told:?}"
+    );
+    // a drawing beside a whole assembly is no part of it
+    let data = text.rfind("ENDSEC;").unwrap();
+    let drawn = format!("{}{outside}{}", &text[..data], &text[data..]);
+    let whole = step::read(text.as_bytes(), &Reporter::new()).unwrap();
+    let beside = step::read(drawn.as_bytes(), &Reporter::new()).unwrap();
+    assert_eq!(whole.solids.len(), beside.solids.len());
+}

@@ -22,6 +22,8 @@ pub struct Compared {
     pub away: Option<[f64; 2]>,
     /// Samples left out for their place, and for their time or because the other tells nothing there.
     pub left_out: [usize; 2],
+    /// Places of the other table without a counterpart.
+    pub unmet: usize,
 }
 
 /// What a comparison found.

@@ -38,6 +38,8 @@ pub struct Paired {
     pub samples: usize,
     /// Those without a counterpart in place, and those without one in time.
     pub left_out: [usize; 2],
+    /// Places of the other table without a counterpart in this one; none where it is a field.
+    pub unmet: usize,
     /// What that means.
     pub words: [&'static str; 2],
 }
@@ -87,7 +89,10 @@ pub(super) fn with_table(
                 Err(Missing::Time) => left_out[1] += 1,
             }
         }
+        let own = Places::new(&of(rows), WITHIN);
+        let theirs = of(theirs).into_iter();
         parts.push(Paired {
+            unmet: theirs.filter(|s| own.at(s.place, s.time).is_err()).count(),
             quantity: *quantity,
             layers: vec![1; pairs.len()],
             away,
@@ -304,6 +309,7 @@ pub(super) fn with_run(
             pairs: of().map(|(_, _, pair)| *pair).collect(),
             samples: rows.len(),
             left_out: left_out.0[*quantity as usize],
+            unmet: 0,
             words: [
                 "outside the voxels of the run",
                 if quantity.is_in_time() {

@@ -11,6 +11,10 @@ use crate::job::ebm::{ControllerKind, CorrectTable};
 pub struct Correct {
     /// Rounds on cells twice as large as the judge's, then on the judge's own.
     pub rounds: [u32; 2],
+    /// How many of the other aims are tried.
+    pub aims: u32,
+    /// Drift of the power, a share, over which paths are worth the least that they do.
+    pub robust: Option<f64>,
     /// Share of what places wish for that a round does.
     pub gain: f64,
     /// Least and greatest current, as shares of the path's own.
@@ -26,6 +30,8 @@ impl Correct {
     pub fn resolve(table: &CorrectTable) -> Self {
         Correct {
             rounds: [*table.rounds, *table.finest],
+            aims: *table.aims,
+            robust: table.robust.as_ref().map(|drift| drift.0),
             gain: table.gain.0,
             currents: table.currents.map(|s| s.0),
             reach: table.reach.0,

@@ -3,11 +3,15 @@
 pub(crate) mod advice;
 pub(super) mod areas;
 mod beyond;
+mod cold;
 mod doubt;
+mod drift;
+pub(in crate::ebm) mod edge;
 pub mod ends;
 pub(crate) mod facts;
 pub mod lower;
 mod on_lower;
+mod scale;
 pub(crate) mod shape;
 pub(crate) mod under;
 pub(crate) mod verdict;
@@ -55,8 +59,8 @@ pub struct Run {
     pub outside: Outside,
     /// That window.
     pub classes: Classes,
-    /// The share of the section in the window of the run as asked, which a change between the good body and this one would hit.
-    pub as_it_was: f64,
+    /// The same in the window of the run as asked, which a change between the good body and this one would hit.
+    pub as_it_was: Tally,
     /// Share of what lies over metal that does not melt down to it; `None` where no metal lies below.
     pub unfused: Option<f64>,
     /// The hole of the region, or the narrow gap of its outline, of which most melts; `None` where there is none.
@@ -379,7 +383,7 @@ impl Court<'_> {
                 step: drawn.step,
                 ..wanted
             },
-            as_it_was: of_all(&self.tally(&drawn.highest, as_set), Class::Good),
+            as_it_was: self.tally(&drawn.highest, as_set),
             unfused: self.unfused(&drawn.foot),
             ledger: drawn.ledger,
             tally,

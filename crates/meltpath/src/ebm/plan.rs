@@ -153,8 +153,9 @@ pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result
     let path = paths
         .pop()
         .ok_or_else(|| Problem::new("there is no layer to draw"))?;
-    // of a part the share is known, and told where it is cut
-    if let (None, Below::Areas(areas)) = (&part, &below) {
+    // of a part the share is known, and told where it is cut; cake lies beside the section alone
+    let beside = *job.ebm.ground == crate::job::ebm::Ground::Cake;
+    if let (None, false, Below::Areas(areas)) = (&part, beside, &below) {
         let share = if areas.is_empty() { "all" } else { "parts" };
         warn_of_powder(&settings, share, &reporter);
     }
@@ -459,20 +460,30 @@ fn check_inside(
             ]
         },
     );
-    let message = format!(
-        "{}: the beam is on between {:?} and {:?} mm, and nowhere inside region.contour",
+    let on = format!(
+        "{}: the beam is on between {:?} and {:?} mm",
         file.display(),
         ends[0],
         ends[1]
     );
-    let help = "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then";
+    let (message, help) = if job.region.contour.is_written() {
+        (
+            format!("{on}, and nowhere inside region.contour"),
+            "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then",
+        )
+    } else {
+        (
+            format!("{on}, and the hull of that has no area to judge"),
+            "write what is to be molten as region.contour",
+        )
+    };
     Err(job.path.problem(message).help(help))
 }
 
 /// The window: a body known to be good is read or hatched.
 fn window(settings: &Settings, job: &EbmJob, reporter: &Reporter) -> Result<Window, Problem> {
     let (path, width) = match (&settings.window, settings.subject.hatch()) {
-        (Good::Limits(window), _) => return Ok(Window::Fixed(*window)),
+        (Good::Limits { kelvin, .. }, _) => return Ok(Window::Fixed(*kelvin)),
         (Good::Path { file, width }, _) => {
             let (path, _) = beam_path(file, &job.window.good, settings, reporter)?;
             (path, *width)

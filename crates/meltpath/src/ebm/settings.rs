@@ -25,8 +25,8 @@ use crate::ebm::gun::focus;
 use crate::ebm::plan::hatch::{BeamHatch, law};
 use crate::ebm::plan::region::{Below, Contour};
 use crate::job::ebm::{
-    ChartMemory, EbmJob, EbmTable, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable,
-    LayerMemory, Point, Ring, Vapour,
+    ChartMemory, ChartPreview, EbmJob, EbmTable, Ground, HatchStrategy, JudgeGround, JudgeSolver,
+    JudgeTable, LayerMemory, Point, Ring, Vapour, WindowModel,
 };
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
@@ -104,8 +104,15 @@ pub struct PartFile {
 /// What places the window of good temperatures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Good {
-    /// Two limits, K.
-    Limits([f64; 2]),
+    /// Two limits.
+    Limits {
+        /// K.
+        kelvin: [f64; 2],
+        /// With which model they were found.
+        model: Option<WindowModel>,
+        /// Whether the job writes them.
+        written: bool,
+    },
     /// The path of a body known to be good, and a width, K.
     Path {
         /// The path's file.
@@ -214,6 +221,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
     else {
         return Err(problems.into());
     };
+    check_stop(job, &loaded.material)?;
     let window = window(job, folder, &mut r);
     let reporter = Reporter::new();
     warn_of_window(job, &window, &loaded.material, &reporter);
@@ -250,6 +258,26 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         },
         provenance: r,
     })
+}
+
+/// Charts end in a melt, below where the laws of materials are known.
+fn check_stop(job: &EbmJob, material: &Material) -> Result<(), Problems> {
+    /// K.
+    const HIGHEST: f64 = 4500.0;
+    let stop = &job.charts.stop;
+    let known = stop.0 > material.liquidus && stop.0 <= HIGHEST;
+    if known || *job.charts.preview == ChartPreview::None {
+        return Ok(());
+    }
+    let message = format!(
+        "charts.stop is {}: charts of {} end between its liquidus, {}, and {}",
+        **stop,
+        material.name,
+        Temperature(material.liquidus),
+        Temperature(HIGHEST)
+    );
+    let help = "leave it out, or write a temperature between the two";
+    Err(vec![stop.problem(message).help(help)].into())
 }
 
 /// What is wrong with the files that a job names in tables of which no key is `wrong`.
@@ -298,8 +326,18 @@ fn corners(ring: &Ring) -> Vec<[f64; 2]> {
 
 /// What the job says of what lies below.
 fn ground(job: &EbmJob) -> Below {
-    match (*job.ebm.ground, &*job.region.supported) {
+    let region = &job.region;
+    match (*job.ebm.ground, &*region.supported) {
         (Ground::Metal, _) => Below::Metal,
+        (Ground::Cake, _) => {
+            let holes: Vec<_> = region.holes.iter().map(corners).collect();
+            let outer = region.contour.iter().map(corners);
+            Below::Areas(
+                outer
+                    .map(|outer| Contour::new(outer).with_holes(holes.clone()))
+                    .collect(),
+            )
+        }
         (Ground::Powder, None) => Below::Areas(Vec::new()),
         (Ground::Powder, Some(supported)) => Below::Areas(vec![Contour::new(corners(supported))]),
     }
@@ -376,9 +414,8 @@ fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
 
 /// Warns where the window is the thesis' and the metal is not.
 fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &Reporter) {
-    let written = job.window.low.is_written() || job.window.high.is_written();
     let other = *job.ebm.material != MATERIAL_OF_WINDOW;
-    if other && !written && matches!(window, Good::Limits(_)) {
+    if other && matches!(window, Good::Limits { written: false, .. }) {
         reporter.warn(
             "window-of-another-material",
             format!(
@@ -476,6 +513,7 @@ fn material(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Loaded, V
     let readings = Readings {
         porosity: *ebm.porosity,
         density: *ebm.density,
+        powder: *ebm.powder_conductivity,
         ..Readings::default()
     };
     let mut loaded = load(&ebm.material, readings, folder).map_err(|e| e.at(&ebm.material))?;
@@ -529,10 +567,15 @@ fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Good {
         },
         _ => {
             r.parameters.remove(&w.width.name);
-            return Good::Limits([w.low.0, w.high.0]);
+            return Good::Limits {
+                kelvin: [w.low.0, w.high.0],
+                model: *w.model,
+                written: w.low.is_written() || w.high.is_written(),
+            };
         }
     };
-    r.parameters.remove(&w.low.name);
-    r.parameters.remove(&w.high.name);
+    for name in [&w.low.name, &w.high.name, &w.model.name] {
+        r.parameters.remove(name);
+    }
     placed
 }

@@ -315,6 +315,12 @@ pub fn simulate(
         shape::tell_of_shape(judged, reporter);
         shape::tell_of_loss(judged, reporter);
     }
+    if let (Some(found), Some(how)) = (&found, &settings.optimise) {
+        shape::tell_of_bounds(found, how.bounds, reporter);
+    }
+    if let (Some(found), Some(how)) = (&corrected, &settings.correct) {
+        shape::tell_of_drift(found, how, reporter);
+    }
     let paths_judged = judged
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);

@@ -31,7 +31,9 @@ pub enum HealthError {
         known: String,
     },
     /// A change that a simulated axis does not know.
-    #[error("\"{text}\" is no change of an axis: write NAME=FACTOR with NAME one of {known}")]
+    #[error(
+        "\"{text}\" is no change of an axis: write NAME=FACTOR with a FACTOR above zero and NAME one of {known}"
+    )]
     Change {
         /// What was written.
         text: String,

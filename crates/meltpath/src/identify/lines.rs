@@ -13,7 +13,8 @@ const FELT_UNTOLD: f64 = 0.5;
 
 /// Says a figure in the form of a file, with its source.
 fn figure(name: &str, value: &str, source: &str) -> String {
-    format!("{name} = {{ value = \"{value}\", source = \"identified from {source}\" }}")
+    let source = toml::Value::from(format!("identified from {source}"));
+    format!("{name} = {{ value = \"{value}\", source = {source} }}")
 }
 
 /// The source of a figure by ramps: a deviation, or that it cannot be said where their law does not hold or the record tells another.
@@ -200,7 +201,7 @@ impl Identification {
             lines.push("# the record begins in motion, and so does the prediction".to_owned());
         }
         if !self.found.settled {
-            lines.push("# the search did not settle, as under friction that does not turn at once or with hardly any noise: the deviations may be too small".to_owned());
+            lines.push("# the search did not settle, as under friction that does not turn at once or with hardly any noise: the deviations are taken over longer steps".to_owned());
         }
         let [current, angle] = self.found.rms.map(|left| 1e3 * left);
         let [one, two] = self.found.over_noise().map(|over| match over {

@@ -2,7 +2,7 @@
 
 use meltpath_base::number::significant;
 use meltpath_geometry::Pose;
-use meltpath_robot::cell::{Arrangement, Cell, Source, Values};
+use meltpath_robot::cell::{Arrangement, Cell, LinkHull, Links, Source, Touched, Values};
 use meltpath_robot::kinematics::{Chain, Geometry, Joint, JointKind};
 
 /// What a cell holds, in lines.
@@ -53,13 +53,77 @@ pub(super) fn lines(cell: &Cell) -> Vec<String> {
     ] {
         lines.push(format!("{name} with all joints at zero: {}", place(pose)));
     }
+    lines.extend(links(cell));
     if let Some(table) = cell.shapes.as_ref().and_then(|s| s.table) {
         let [x, y] = table.size.map(whole);
         let deep = whole(table.thickness);
         lines.push(format!("table: {x} x {y} mm, {deep} mm deep"));
     }
+    lines.extend(cell.touched.iter().map(touched));
     lines.extend(cell.sources.iter().map(source));
     lines
+}
+
+/// What the URDF tells of the links, and where from.
+fn links(cell: &Cell) -> Vec<String> {
+    let mut files = cell.files.iter().map(|f| f.file.display().to_string());
+    let Some(urdf) = files.next() else {
+        return Vec::new();
+    };
+    let mut lines = vec![format!("arm and joints from {urdf}")];
+    let links = cell.shapes.as_ref().map(|s| &s.links);
+    match links {
+        None => lines.push(
+            "its shapes are not used: collisions are checked with [shapes] (torch and nozzle, table)"
+                .to_owned(),
+        ),
+        Some(Links::Bars(_)) => {
+            lines.push("its shapes are not used: shapes.links tells the links".to_owned());
+        }
+        Some(Links::Hulls(hulls)) => {
+            lines.push("links as convex hulls of its shapes, for collisions:".to_owned());
+            lines.extend(hulls.iter().map(hull));
+        }
+    }
+    lines
+}
+
+fn hull(body: &LinkHull) -> String {
+    let link = match body.link {
+        0 => "base".to_owned(),
+        n => format!("link {n}"),
+    };
+    let thicker = match body.hull.radius() {
+        radius if radius > 0.05 && body.hull.points().len() > 1 => {
+            format!(", up to {} mm too thick", whole(radius))
+        }
+        _ => String::new(),
+    };
+    format!(
+        "  {link}: {}, {} triangles, a hull of {} points{thicker}",
+        body.of,
+        body.mesh.triangles.len(),
+        body.hull.points().len()
+    )
+}
+
+/// How well a frame was touched.
+fn touched(frame: &Touched) -> String {
+    let turned = significant(frame.turned_by_a_millimetre().to_degrees(), 2);
+    let off = match frame.off_plane {
+        Some(off) => format!(
+            "the others lie up to {} mm off its plane",
+            significant(off, 2)
+        ),
+        None => "three points do not tell how well they were touched: add a fourth in its plane"
+            .to_owned(),
+    };
+    format!(
+        "{}: touched, the second point {} mm along x, the third {} mm aside; a point that is wrong by 1 mm turns it by up to {turned} deg; {off}",
+        frame.of,
+        whole(frame.along),
+        whole(frame.aside)
+    )
 }
 
 fn of_chain(name: &str, chain: &Chain) -> Vec<String> {

@@ -8,7 +8,7 @@ use meltpath_base::{
     Angle, Current, Length, Pressure, Ratio, Speed, Temperature, TemperatureDifference, Time,
     Voltage, choice, table,
 };
-use meltpath_thermal::material::file::{DensityReading, PorosityReading};
+use meltpath_thermal::material::file::{DensityReading, PorosityReading, PowderReading};
 
 use super::common::{Direction, PartUnit, ProcessTable};
 
@@ -73,7 +73,7 @@ table! {
         /// Which of the separate areas of that layer, the largest first.
         island: u32 => default(1, "the largest");
         /// What the part is drawn larger by, in the plane and along the build direction.
-        scaling: [Ratio; 2] where positive => computed("the material's: parts shrink on cooling");
+        scaling: [Ratio; 2] where within(0.0, 1.0) => computed("the material's: parts shrink on cooling");
     }
 
     /// Beam, powder, material.
@@ -84,6 +84,8 @@ table! {
         porosity: PorosityReading => default("physical", "erratum E1: the printed law is no porosity");
         /// Which of the thesis' density cells are used (erratum E2).
         density: DensityReading => default("corrected", "erratum E2: the printed cells are exchanged");
+        /// How powder conducts, below and beside what is drawn.
+        powder_conductivity: PowderReading => default("by-density", "the law of Béraud 2016");
         /// Focus calibration of the gun: a name in `data/focus`, or a TOML file of your own.
         focus: String => default("a1-beraud-2016", "the machine of Béraud 2016");
         /// The machine's gun: a name in `data/guns`, or a TOML file of your own. The solver of `[judge]` draws the path as it draws it.
@@ -97,7 +99,7 @@ table! {
         /// How deep the beam enters.
         penetration: Length where within(0.001, 1.0) => default("0.1 mm", "Béraud 2016, eq. 3.2.2");
         /// Thickness of a layer.
-        layer: Length where positive => default("0.05 mm", "step of the table in Béraud 2016");
+        layer: Length where up_to(2.0) => default("0.05 mm", "step of the table in Béraud 2016");
         /// How often the path is drawn, a fresh layer each.
         layers: u32 where within(1.0, 1e6) => default(1, "the path is drawn once");
         /// What lies under the first layer; a part says it itself.
@@ -200,6 +202,8 @@ table! {
         low: Temperature where within(0.0, 1e5) => default("2700 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
         /// Upper limit.
         high: Temperature where within(0.0, 1e5) => default("2760 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
+        /// With which model the limits were found: temperatures of another say nothing on the judge's solver.
+        model: WindowModel => none("the thesis', where no limits are written; limits without it decide nothing");
         /// Path of a body known to be good, simulated alike; the window is centred on its middle.
         good: File => none("`low` and `high`, or `body`");
         /// Width and height of a rectangle that `[hatch]` makes well: the body known to be good in place of a path.
@@ -242,6 +246,10 @@ table! {
         rounds: u32 where within(0.0, 200.0) => default(8, "after which the share hardly grows");
         /// Rounds on the judge's own cells, beginning with the best of those; each costs as much as six of them.
         finest: u32 where within(0.0, 50.0) => default(1, "what finer cells see differently is corrected once");
+        /// Aims besides the middle of the window that are tried once on the coarse cells, from the best round: further out at the rim, a quarter of the window hotter, both, a quarter colder.
+        aims: u32 where within(0.0, 4.0) => default(4, "what powder, overheating and shape cost each other");
+        /// Drift of the power, either way, with which every path is drawn too: what it is worth is the least of the three.
+        robust: Ratio where up_to(0.2) => none("a path is worth what it does with the power as set");
         /// Share of what places ask for that a round does.
         gain: Ratio where up_to(1.0) => default("60 %", "heat that piles up answers more than the power does: all of it swings from round to round");
         /// Over what length currents are evened out, along and across lines; pieces of one current are as long.
@@ -288,6 +296,8 @@ table! {
     pub struct ChecksTable {
         /// Least share of the section in the window.
         in_window: Ratio where within(0.0, 1.0) => default("50 %", "half of the metal");
+        /// Drift of the power, either way and after the window was set, with which as much of the section is to stay in it.
+        drift: Ratio where within(0.0, 0.05) => none("not asked: the fact `power-drift` tells what the window bears");
         /// Greatest share of the section that stays powder.
         unmelted: Ratio where within(0.0, 1.0) => default("1 %", "powder left inside is a hole");
         /// Greatest share of the section over metal that does not melt down to the layer below.
@@ -308,6 +318,13 @@ choice! {
     pub enum Ground {
         Metal "metal" => "Dense metal.",
         Powder "powder" => "Powder: the region hangs over.",
+        Cake "cake" => "Metal below the region, sintered powder beside it: a layer in the middle of an upright part.",
+    }
+
+    /// With which model the limits of a window were found.
+    pub enum WindowModel {
+        Solver "solver" => "The judge's solver, with this job's surface, cells and depth: a window of an earlier job of the same machine and metal.",
+        Thesis "thesis" => "The simulator of Béraud 2016: charts without vapour and without memory of the ground. Of the solver's temperatures it says nothing.",
     }
 
     /// What leaves the build plane as vapour.

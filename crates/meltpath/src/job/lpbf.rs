@@ -65,7 +65,7 @@ table! {
         /// Side of a square.
         side: Length where positive => computed("the head's reference plate");
         /// Hatch distance.
-        hatch: Length where positive => computed("the head's reference plate");
+        hatch: Length where within(0.001, 10.0) => computed("the head's reference plate");
     }
 
     /// Which layers of `lpbf.layers` are run, and where they lie.
@@ -210,6 +210,9 @@ choice! {
     }
 }
 
+/// Squares of a block that a run may have: more than any plate.
+const MOST_SQUARES: u64 = 100_000;
+
 impl LpbfJob {
     /// Values that do not go together.
     pub(super) fn check(&self) -> Vec<Problem> {
@@ -241,6 +244,15 @@ impl LpbfJob {
                 self.optimise
                     .problem("the recipe search runs the path as commanded")
                     .help("leave out [optimise], or lpbf.path"),
+            ),
+            (
+                plate.block.is_some_and(|[columns, rows]| {
+                    u64::from(columns) * u64::from(rows) > MOST_SQUARES
+                }),
+                plate
+                    .block
+                    .problem(format!("the block has more than {MOST_SQUARES} squares"))
+                    .help("a plate of 400 mm has some 10,000 squares of 4 mm"),
             ),
             (
                 plate.block.is_written() && *plate.extent == PlateExtent::Whole,

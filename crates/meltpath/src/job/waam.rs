@@ -1,5 +1,12 @@
 //! The job of a wire-arc build.
 
+mod surface;
+
+pub use surface::{
+    SurfaceBaseTable, SurfacePasses, SurfaceSpeeds, SurfaceStrategyChoice, SurfaceTable,
+    SurfaceTorch,
+};
+
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::{File, Json, Kind, Node, Place, Problem, Reader, Value, broken};
 use meltpath_base::{Angle, BeadWidths, Frequency, Length, Ratio, Speed, Time, choice, table};
@@ -155,32 +162,6 @@ table! {
         speeds: Speeds => computed("adapted for hybrid and zigzag fills, whose links and turns lie near other beads; else constant");
     }
 
-    /// A wall one bead thick along a surface in space.
-    pub struct SurfaceTable {
-        /// The faces of a STEP file that are the surface, by the numbers that `meltpath inspect` shows.
-        faces: Vec<u32> => none("the whole surface of the file, which must be open");
-        /// What the wall stands on.
-        base: SurfaceBaseTable => default({}, "a plane under the surface");
-        /// How passes follow one another.
-        strategy: SurfaceStrategyChoice => default("distance", "every bead on the nearest metal, evenly thick");
-        /// Where the torch points from.
-        torch: TorchChoice => default("half", "between wall and build direction (Campocasso 2017)");
-        /// Greatest lean of the torch against the vertical; beyond it the torch is turned back.
-        tilt: Angle where within(0.0, std::f64::consts::PI) => none("no bound");
-        /// Angle by which the wire points ahead along the travel: above zero it pushes, below zero it drags.
-        lead: Angle where within(-1.0, 1.0) => default("0 deg", "the wire along the torch's rule");
-    }
-
-    /// What a wall on a surface stands on, in the coordinates of the part file.
-    pub struct SurfaceBaseTable {
-        /// A point of the plane, or of the cylinder's axis.
-        origin: [Length; 3] => none("the lowest place of the surface along the direction");
-        /// The plane's normal, towards which the wall grows, or the cylinder's axis.
-        direction: Direction => none("the build direction");
-        /// Radius of a cylinder, away from whose axis the wall grows.
-        radius: Length where up_to(100_000.0) => none("a plane");
-    }
-
     /// A body that is there already.
     pub struct OntoTable {
         /// The body as it is now, in the coordinates of the part file: STEP, STL or 3MF.
@@ -322,16 +303,7 @@ choice! {
         CentreOut "centre-out" => "Lines from the centre outwards.",
     }
 
-    /// How passes follow one another on a surface.
-    pub enum SurfaceStrategyChoice {
-        Distance "distance" => "At the layer height from the nearest place of the pass before.",
-        ParameterDistance "parameter-distance" =>
-            "On one face: at the layer height from the point of the same parameter (Campocasso 2017, eq. 3).",
-        Parameter "parameter" => "On one face: lines of one parameter, the widest place of each at the layer height.",
-        Planes "planes" => "Parallel planes, evenly spaced along the build direction.",
-    }
-
-    /// Where the torch points from, along a surface.
+    /// Where the torch points from, along layers on a body.
     pub enum TorchChoice {
         Tangent "tangent" => "Along the wall, in the direction in which it grows.",
         Half "half" => "Halfway between that and the direction in which the build begins.",
@@ -398,7 +370,7 @@ impl WaamJob {
         };
         // the key that is written; both may be
         let wrong = if least.is_written() { least } else { most };
-        broken([
+        let mut problems = broken([
             (
                 !matches!(given, 0 | 2) && !height_alone,
                 bead.problem(format!("the bead has {given} of its four values"))
@@ -469,6 +441,42 @@ impl WaamJob {
                         **least, **most
                     ))
                     .help("write the nearer distance in ctwd_min, the farther one in ctwd_max"),
+            ),
+        ]);
+        problems.extend(self.of_surface());
+        problems
+    }
+
+    /// Values of `[surface]` that do not go together.
+    fn of_surface(&self) -> Vec<Problem> {
+        let spiral = self.surface.as_ref();
+        let spiral = spiral.filter(|s| *s.passes == SurfacePasses::Spiral);
+        broken([
+            (
+                self.surface.as_ref().is_some_and(|s| s.field.is_written() != (*s.torch == SurfaceTorch::Field)),
+                self.surface
+                    .problem("surface.torch = \"field\" and surface.field go together: one of them is written")
+                    .help("write torch = \"field\" and field = \"directions.csv\", or neither"),
+            ),
+            (
+                spiral.is_some_and(|s| *s.speeds == Some(SurfaceSpeeds::Constant)),
+                self.surface
+                    .problem("surface.speeds = \"constant\" and surface.passes = \"spiral\": a spiral begins and ends on a ramp, which speeds make")
+                    .help("leave surface.speeds out"),
+            ),
+            (
+                spiral.is_some() && (self.layers.pause.is_written() || self.layers.until.is_written()),
+                self.layers
+                    .problem("layers.pause and layers.until are of layers that end, and the arc of a spiral does not")
+                    .help("leave them out, or write surface.passes = \"each\""),
+            ),
+            (
+                self.surface
+                    .as_ref()
+                    .is_some_and(|s| s.base.radius.is_written() && s.base.profile.is_written()),
+                self.surface
+                    .problem("surface.base has a radius and a profile: it is a cylinder or a body of revolution")
+                    .help("write one of the two"),
             ),
         ])
     }

@@ -8,6 +8,7 @@ use meltpath_scan_head::files::HeadData;
 
 use super::result::{AtEnd, RecipeResult};
 use super::settings::Settings;
+use super::strays;
 
 /// What holds X, Y and Z, where it is another friction than the value of the head's file.
 pub(super) type Drags = [Option<Drag>; 3];
@@ -96,6 +97,7 @@ const MEASURE: &str = "measure the friction of the axes (`meltpath identify`) an
 
 /// A check on a head whose friction is a guess by its own file, and nobody says how far off: no promise.
 pub(super) fn unless_guessed(check: Check, settings: &Settings) -> Check {
+    let check = strays::unless_guessed(check, settings);
     let known = settings.data.drag.iter();
     let guesses: Vec<&str> = known
         .flat_map(|known| known.guesses.iter().map(String::as_str))

@@ -8,11 +8,12 @@ use meltpath_scan_head::axis::control::Controller;
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
 use meltpath_scan_head::head::head_axis::HeadAxis;
-use meltpath_scan_head::head::recipe::LaserDelays;
+use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::fill_share::FillShare;
 use meltpath_scan_head::measures::stray_light::StrayLight;
+use meltpath_scan_head::search::longest_stray;
 
 use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
@@ -20,6 +21,7 @@ use super::paced;
 use super::plan::Plan;
 use super::result::{AtEnd, JUDGED, RecipeResult, fill_words};
 use super::settings::Settings;
+use super::strays;
 use crate::identify::of_motor;
 use crate::job::lpbf::{DelayChoice, PathChoice};
 
@@ -48,23 +50,6 @@ fn contour_remedy(settings: &Settings) -> String {
     } else {
         controller.to_owned()
     }
-}
-
-/// Contours of a head that its data sheet alone tells: what it leaves out only makes them worse.
-fn unless_measured(check: Check, remedy: String) -> (Check, String) {
-    if check.status == Status::Fail {
-        return (check, remedy);
-    }
-    let check = Check {
-        status: Status::CannotSay,
-        ..check
-    };
-    let check = check.because(
-        "the head is known by its data sheet alone, which leaves out friction, dither and drift",
-    );
-    let measure =
-        "measure how far the spot strays, and write it as left_out in [servo] of the head's file";
-    (check, measure.to_owned())
 }
 
 /// Marks that no light reaches; `None` where all are lit.
@@ -159,12 +144,9 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
         let unlit = |errors: &PathErrors| unlit(settings, number, name, errors);
         let check = unlit(&r.errors).map(|c| over_the_range(c, r, |end| unlit(&end.errors)));
         checks.extend(check.map(|c| known(c, r)));
-        // tuned delays leave as little as the marks bear, and tell it
-        if *settings.job.lpbf.delays == DelayChoice::Recipe {
-            let stray = |errors: &PathErrors| stray(settings, number, name, &errors.stray);
-            let check = over_the_range(stray(&r.errors), r, |end| Some(stray(&end.errors)));
-            checks.push(known(check, r));
-        }
+        let stray = |errors: &PathErrors| stray(settings, number, r.recipe, &errors.stray);
+        let check = over_the_range(stray(&r.errors), r, |end| Some(stray(&end.errors)));
+        checks.push(known(check, r));
         let limit = *settings.job.checks.fill_rate;
         checks.extend(limit.map(|limit| {
             let id = format!("fill-{number}");
@@ -264,13 +246,13 @@ fn contours(settings: &Settings, number: usize, recipe: &str, errors: &PathError
     );
     let limit = Limit::AtLeast(100.0 * limits.contour_share.0);
     let check = Check::judge(&id, &title, found, limit);
-    let (check, remedy) = match left_out {
-        Some(None) => unless_measured(check, contour_remedy(settings)),
-        _ => (check, contour_remedy(settings)),
-    };
-    check
+    let check = check
         .at(Place::at(errors.worst.extend(0.0).to_array()))
-        .remedy(remedy)
+        .remedy(contour_remedy(settings));
+    match left_out {
+        Some(None) => strays::unless_measured(check),
+        _ => check,
+    }
 }
 
 /// The longest stretch of contours that no light reaches; `None` where no contour is marked.
@@ -287,7 +269,7 @@ fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) 
     let found = Measure::exact(dark.longest.length, "mm");
     let check = Check::judge(&id, &title, found, Limit::AtMost(most));
     if dark.length == 0.0 {
-        return Some(check);
+        return Some(strays::unless_wider(check, settings, most));
     }
     let reason = format!(
         "{} mm of {} mm in all lie farther from any light than the spot's diameter",
@@ -302,13 +284,15 @@ fn unlit(settings: &Settings, number: usize, recipe: &str, errors: &PathErrors) 
         DelayChoice::Recipe => "lpbf.delays = \"tuned\"",
         DelayChoice::Tuned => "slower contours, or longer waits after jumps and marks",
     };
-    Some(check.because(&reason).at(place).remedy(delays))
+    let check = check.because(&reason).at(place).remedy(delays);
+    Some(strays::unless_wider(check, settings, most))
 }
 
-/// The longest stretch of light far from all marks, with delays that are given.
-fn stray(settings: &Settings, number: usize, recipe: &str, stray: &StrayLight) -> Check {
-    let spot = 2.0 * settings.data.head.beam.waist;
-    let most = spot.max(settings.job.checks.contour_error.0);
+/// The longest stretch of light far from all marks.
+fn stray(settings: &Settings, number: usize, recipe: &Recipe, stray: &StrayLight) -> Check {
+    let error = settings.job.checks.contour_error.0;
+    let most = longest_stray(&settings.data.head, error, recipe);
+    let recipe = &recipe.name;
     let check = Check::judge(
         &format!("stray-{number}"),
         &format!("{recipe}: longest stretch of light where no mark is"),
@@ -335,7 +319,14 @@ fn stray(settings: &Settings, number: usize, recipe: &str, stray: &StrayLight) -
         layer: Some(stray.longest.layer),
         ..Place::at(stray.longest.from.extend(0.0).to_array())
     };
-    let remedy = "lpbf.delays = \"tuned\", or a shorter laser-off and a longer laser-on delay";
+    let remedy = match *settings.job.lpbf.delays {
+        DelayChoice::Recipe => {
+            "lpbf.delays = \"tuned\", or a shorter laser-off and a longer laser-on delay"
+        }
+        DelayChoice::Tuned => {
+            "let the mirrors settle: a longer wait after marks or jumps, slower jumps, or a run up to the lines (run_in)"
+        }
+    };
     check.because(&reason).at(place).remedy(remedy)
 }
 
@@ -348,7 +339,7 @@ pub(super) fn fill_check(
 ) -> Option<Check> {
     let settings = &plan.settings;
     let filled = |fill: &FillShare| {
-        let rate = fill.judged();
+        let rate = strays::rate(plan, result, fill);
         let found = Measure::new(100.0 * rate.share, 100.0 * rate.doubt, "%");
         let check = Check::judge(id, title, found, Limit::AtLeast(100.0 * least));
         let check = match fill.worst {
@@ -373,6 +364,7 @@ pub(super) fn fill_check(
     };
     let check = filled(&result.fill(JUDGED)?);
     let check = over_the_range(check, result, |end| end.fill.as_ref().map(filled));
+    let check = strays::told(plan, result, check);
     Some(match &plan.enclosed.doubt {
         Some(doubt) => doubt.leaves_open(check),
         None => check,

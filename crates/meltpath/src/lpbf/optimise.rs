@@ -8,6 +8,7 @@ use meltpath_scan_head::head::interpolation::sample_count;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::fill_rate::FillRate;
+use meltpath_scan_head::measures::fill_share::FillShare;
 use meltpath_scan_head::measures::hatch::HatchDistance;
 use meltpath_scan_head::measures::outline::Outlines;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, MAY_LOSE, Marks, Problem, search};
@@ -17,7 +18,7 @@ use super::judge::fill_check;
 use super::paced::unless_slowed;
 use super::plan::Plan;
 use super::result::{JUDGED, MODES, RecipeResult};
-use super::settings::Settings;
+use super::strays;
 use crate::lpbf::plan::work::Work;
 
 /// Side of the squares that are simulated, at most, mm.
@@ -80,11 +81,7 @@ pub(super) struct OnTheWhole<'a> {
 
 impl<'a> OnTheWhole<'a> {
     /// `None` where nothing was found.
-    pub(super) fn of(
-        found: &Found,
-        settings: &Settings,
-        results: &'a [RecipeResult<'a>],
-    ) -> Option<Self> {
+    pub(super) fn of(found: &Found, plan: &Plan, results: &'a [RecipeResult<'a>]) -> Option<Self> {
         let best = found.best.as_ref()?;
         let begun = results.first()?;
         // what was found is run after the recipes of the job, unless it is the first of them
@@ -93,8 +90,9 @@ impl<'a> OnTheWhole<'a> {
         } else {
             results.last()?
         };
-        let written = settings.search.as_ref().map(|b| b.fill_rate);
-        let own = begun.fill(JUDGED).map(|f| f.judged().share - MAY_LOSE);
+        let written = plan.settings.search.as_ref().map(|b| b.fill_rate);
+        let lost = |f: FillShare| strays::rate(plan, begun, &f).share - MAY_LOSE;
+        let own = begun.fill(JUDGED).map(lost);
         Some(OnTheWhole {
             result,
             number: results
@@ -144,14 +142,16 @@ pub(super) fn tell(
     let Some(best) = &found.best else {
         let near = found.nearest();
         let reason = format!(
-            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its way along contours and {:.1} % of its fill within them and up to {} mm of contours without light, the bounds are {:.1} and {:.1} % and {} mm",
+            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its way along contours and {:.1} % of its fill within them, up to {} mm of contours without light and up to {} mm of light where no mark is; the bounds are {:.1} and {:.1} %, {} and {} mm",
             found.tried.len(),
             100.0 * near.contour_share,
             100.0 * near.fill_rate,
             significant(near.unlit, 3),
+            significant(near.stray, 3),
             100.0 * found.bounds.contour_share,
             100.0 * found.bounds.fill_rate,
-            significant(found.most_unlit, 3)
+            significant(found.most_unlit, 3),
+            significant(near.most_stray, 3)
         );
         let check = Check {
             status: Status::Warn,

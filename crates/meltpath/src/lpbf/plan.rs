@@ -1,5 +1,6 @@
 //! The plan of a scan-head job: squares laid out, layers read or a part cut and hatched, from the resolved settings.
 
+pub(in crate::lpbf) mod apart;
 mod bare_spot;
 mod cells;
 pub(in crate::lpbf) mod enclosed;

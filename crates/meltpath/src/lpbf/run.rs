@@ -32,9 +32,9 @@ use super::settings;
 use super::{left_out, motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;
 use crate::job::{JobError, LpbfJob, Written};
-use crate::lpbf::plan::enclosed;
 use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
 use crate::lpbf::plan::work::Work;
+use crate::lpbf::strays;
 use crate::outcome::{Examined, Outcome, RunFolder};
 use crate::tune::choose::ready_for;
 use crate::views;
@@ -140,7 +140,7 @@ pub fn run(
     checks.extend(plan.left_out.clone());
     let whole = found
         .as_ref()
-        .and_then(|f| optimise::OnTheWhole::of(f, settings, &results));
+        .and_then(|f| optimise::OnTheWhole::of(f, &plan, &results));
     checks.extend(whole.as_ref().and_then(|w| w.fill_check(&plan)));
     undecided(&mut checks, &plan.work);
     let mut facts = views::lpbf::facts(&plan, &results);
@@ -576,8 +576,7 @@ fn resolved(
         let mut plan = plan(settings, job, here, observer)?;
         let surveys = refuse::check(job, &plan)?;
         let hatch = surveys.iter().find_map(|s| s.hatch);
-        let spot = 2.0 * plan.settings.data.head.beam.waist;
-        plan.enclosed = enclosed::check(&plan.work, hatch, spot);
+        plan.enclosed = strays::enclosure(&plan, hatch);
         plan.left_out = left_out::check(&plan);
         Ok((plan, surveys))
     });

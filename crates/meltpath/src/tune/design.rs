@@ -8,6 +8,7 @@ use super::settings::{AxisTask, Settings};
 use super::trial::{Trial, errors_kept, short_signal, trial};
 use meltpath_base::{Observer, Reporter};
 use meltpath_control::export::Exported;
+use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::{Mapping, read};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{
@@ -86,6 +87,8 @@ pub(crate) struct AxisResult {
     /// Its loop on its own motor, continuous and sampled.
     pub(crate) quality: [LoopQuality; 2],
     pub(crate) robust: Option<RobustDesign>,
+    /// Why no controller for motors that differ was found, where one was searched.
+    pub(crate) robust_lacks: Option<String>,
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) choice: Choice,
     pub(crate) set_points: Vec<f64>,
@@ -179,7 +182,7 @@ pub(crate) fn design(
         loop_of(Form::Continuous).map_err(step(letter, "H-infinity"))?,
         loop_of(Form::Sampled).map_err(step(letter, "H-infinity"))?,
     ];
-    let robust = robust(task, settings, &tuned, reporter, observer)?;
+    let (robust, robust_lacks) = robust(task, settings, &tuned, observer)?;
     let set_points = task
         .signal
         .samples(period)
@@ -232,6 +235,7 @@ pub(crate) fn design(
         h_infinity,
         quality,
         robust,
+        robust_lacks,
         candidates,
         choice,
         set_points,
@@ -270,6 +274,11 @@ fn choice(settings: &Settings, has_robust: bool) -> Choice {
     }
 }
 
+/// What the controller of an axis is called where it leaves.
+pub(crate) fn name_of(task: &AxisTask) -> String {
+    format!("controller_{}", task.name.letter())
+}
+
 /// A designed controller as it leaves, and as an axis runs it; none where gains leave.
 fn exported(
     task: &AxisTask,
@@ -283,7 +292,7 @@ fn exported(
         return Ok(None);
     };
     let limit = Some(settings.limit.unwrap_or(task.axis.limits.current));
-    let name = format!("controller_{}", task.name.letter());
+    let name = name_of(task);
     let (word, anti_windup) = (settings.word, settings.anti_windup);
     let export = match *settings.file.export.form {
         ExportForm::Sections => Exported::sections(&name, system, word, limit, anti_windup),
@@ -300,11 +309,10 @@ fn robust(
     task: &AxisTask,
     settings: &Settings,
     tuned: &Tuned,
-    reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Option<RobustDesign>, TuneError> {
+) -> Result<(Option<RobustDesign>, Option<String>), TuneError> {
     if settings.mode_shift().is_none() {
-        return Ok(None);
+        return Ok((None, None));
     }
     let spread = &settings.spread;
     // what a motor's voltage is late by, the head's own lateness included
@@ -328,15 +336,15 @@ fn robust(
         &settings.robust_swarm,
         observer,
     ) {
-        Ok(found) => Ok(Some(found)),
-        Err(e @ RobustError::OutOfReach { .. }) => {
-            reporter.warn(
-                "robust-out-of-reach",
-                format!("{}: {e}", letter.to_ascii_uppercase()),
-                "more iterations, a smaller robust.mode_shift, or a lower bandwidth",
-            );
-            Ok(None)
-        }
+        Ok(found) => Ok((Some(found), None)),
+        Err(e @ RobustError::OutOfReach { .. }) => Ok((None, Some(e.to_string()))),
+        Err(RobustError::Swarm(SwarmError::NoFiniteCost)) => Ok((
+            None,
+            Some(format!(
+                "no weights that were tried give a controller of {} states that runs",
+                *settings.file.robust.order
+            )),
+        )),
         Err(e) => Err(step(letter, "search for a spread of motors")(e)),
     }
 }

@@ -2,8 +2,9 @@
 
 use meltpath_base::number::significant;
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_control::export::{Beside, Word};
 use meltpath_report::series::name_in_files;
-use meltpath_scan_head::axis::control::{AngleUnit, CurrentGains};
+use meltpath_scan_head::axis::control::{AngleUnit, CurrentGains, FeedForward};
 use meltpath_scan_head::servo::compare::TrackingError;
 use meltpath_scan_head::servo::file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
 use serde_json::json;
@@ -31,19 +32,30 @@ pub(super) fn write(
     for result in results {
         let letter = result.task.name.letter();
         if let Some(export) = &result.export {
+            let beside = beside(result, settings);
             let mut value = serde_json::to_value(export).unwrap_or_default();
             let current = result.tuned.gains.current;
+            value["input"] = json!("error of the angle, deg");
+            value["output"] = json!("set-point of the current, A");
             value["current_regulator"] = json!({
                 "gain_V_per_A": current.gain,
                 "integral_time_s": current.integral_time,
+                "period_s": beside.period,
+            });
+            // added to the output; the sum is cut
+            value["feed_forward"] = json!({
+                "gain_A_s2_per_rad": beside.gain,
+                "filter_s": beside.filter,
+                "period_s": beside.period,
+                "limit_A": beside.limit,
             });
             write_json(folder, &format!("controller-{letter}.json"), &value)?;
             folder.write(&format!("controller-{letter}.c"), |w| {
-                w.write_all(acts_through(result).as_bytes())?;
-                w.write_all(export.to_c().as_bytes())
+                w.write_all(acts_through(result, &export.name, &beside).as_bytes())?;
+                w.write_all(export.to_c_beside(&beside).as_bytes())
             })?;
             folder.write(&format!("controller-{letter}.mat"), |w| {
-                w.write_all(&export.to_mat())
+                w.write_all(&export.to_mat_beside(&beside))
             })?;
         }
         responses(folder, settings, result)?;
@@ -52,11 +64,57 @@ pub(super) fn write(
     write_json(folder, "tuning.json", &value.unwrap_or_default())
 }
 
-/// What the drive is to be set to, as a comment of C.
-fn acts_through(result: &AxisResult) -> String {
+/// The feed-forward that the exported controller was judged with.
+fn beside(result: &AxisResult, settings: &Settings) -> Beside {
+    let forward = result.feed_forward();
+    Beside {
+        gain: forward.acceleration_gain(),
+        filter: forward.filter,
+        period: settings.data.head.period,
+        every: *settings.file.export.every,
+        per_unit: AngleUnit::Degree.per_radian(),
+        limit: result.task.axis.limits.current,
+    }
+}
+
+/// What the drive is to call and to be set to, as a comment of C.
+fn acts_through(result: &AxisResult, name: &str, beside: &Beside) -> String {
+    let every = match beside.every {
+        1 => String::new(),
+        n => format!(", which acts once in {n} calls"),
+    };
+    let word = match result.export.as_ref().map(|e| e.word) {
+        Some(Word::Fixed { signal, .. }) => {
+            format!(";\n   error and set-point in units of 2^-{signal} deg and 2^-{signal} A")
+        }
+        _ => String::new(),
+    };
     format!(
-        "/* Its output is the set-point of the current. Set the drive's current regulator, K (1 + 1/(T s)), to\n   {};\n   with another one the loop is not the one that was designed and judged. */\n\n",
-        current_words(&result.tuned.gains.current)
+        "/* Call {name}_drive once every {period:e} s (T): set-point and measured angle in rad, the set-point of the current in A.\n   \
+         Call {name}_start before, with the set-point in rad. This is what was designed and judged: the law{every}, and the\n   \
+         feed-forward of current {share} J/Kc s^2/(1 + {filter} us s)^2, J/Kc = {inertia:e} A s^2/rad.\n   \
+         {name}_step alone is the law without the feed-forward: the error of the angle in deg, the current in A{word}.\n   \
+         Without the feed-forward the loop is as stable and follows worse than was told.\n   \
+         Set the drive's current regulator, K (1 + 1/(T_i s)), to\n   \
+         {regulator};\n   \
+         with another one the loop is not the one that was designed and judged. It is backward Euler at every T:\n   \
+         integral += K T/T_i error, voltage = K error + integral, cut to the supply's +-{voltage} V; the integral stands still\n   \
+         while the voltage is cut and the error would take it further. */\n\n",
+        period = beside.period,
+        share = significant(result.feed_forward().current, 5),
+        filter = significant(1e6 * beside.filter, 5),
+        inertia = result.feed_forward().inertia_over_torque,
+        regulator = current_words(&result.tuned.gains.current).replace(", T =", ", T_i ="),
+        voltage = significant(result.task.axis.limits.voltage, 4),
+    )
+}
+
+/// The feed-forward beside an exported controller, in words.
+pub(crate) fn forward_words(forward: &FeedForward) -> String {
+    format!(
+        "{} A per rad/s² of the set-point, through a filter of {} µs twice",
+        significant(forward.acceleration_gain(), 4),
+        significant(1e6 * forward.filter, 4)
     )
 }
 

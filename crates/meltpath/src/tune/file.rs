@@ -3,6 +3,9 @@
 use meltpath_base::settings::{File, Many, Problem, broken};
 use meltpath_base::{Angle, AngularSpeed, Current, Frequency, Ratio, Time, choice, table};
 
+/// The longest loop delay beyond the head's own that is served or drawn, s: a loop is looked at sample by sample, and each of them is a state.
+const LATEST: f64 = 1e-3;
+
 table! {
     /// The control of a scan head's axes: designed, compared, exported.
     pub struct TuneFile {
@@ -87,15 +90,15 @@ table! {
     /// The search for a controller that serves a spread of motors.
     pub struct RobustTable {
         /// How far the modes may move to either side; `"0 %"` for no search.
-        mode_shift: Ratio where not_negative => default("10 %", "a mode moves by some percent with temperature, mounting and mirror");
+        mode_shift: Ratio where within(0.0, 0.9) => default("10 %", "a mode moves by some percent with temperature, mounting and mirror");
         /// The longest loop delay that is served, beyond the head's own.
-        delay: Time where not_negative => computed("half a sample");
+        delay: Time where within(0.0, LATEST) => computed("half a sample");
         /// Distance to the critical point kept everywhere.
-        modulus_margin: f64 => default(0.5, "the usual distance");
-        /// Largest gain of the closed loop.
-        resonance: f64 => default(1.5, "3.5 dB");
+        modulus_margin: f64 where within(0.01, 0.99) => default(0.5, "the usual distance");
+        /// Largest gain of the closed loop, which is 1 at rest.
+        resonance: f64 where within(1.0, 100.0) => default(1.5, "3.5 dB");
         /// States of the controller.
-        order: usize => default(5, "integrator, lead and a broad notch");
+        order: usize where within(3.0, 50.0) => default(5, "integrator, lead and a broad notch");
         /// Particles of the swarm.
         particles: usize => default(16, "twice the unknowns");
         /// Moves of each.
@@ -121,7 +124,7 @@ table! {
         /// Scatter of the modes' frequencies.
         modes: Ratio where not_negative => default("5 %", "a production's spread, a guess");
         /// Longest additional delay.
-        delay: Time where not_negative => computed("half a sample");
+        delay: Time where within(0.0, LATEST) => computed("half a sample");
         /// Largest standard deviation of the sensor's noise.
         noise: Angle where not_negative => default("0.0005 deg", "a fiftieth of the accuracy of a laboratory head");
         /// Seed.
@@ -138,7 +141,7 @@ table! {
         word: WordName => default("single", "what drives have");
         /// Bits after the point of coefficients and of signals, for fixed words.
         bits: [u32; 2] => default([22, 22], "half of the range is left for sums");
-        /// Current at which the output is cut.
+        /// Current at which the law's output is cut. What feed-forward adds comes after; the sum is cut at the drive's peak current.
         limit: Current where positive => none("the drive's peak current");
         /// What the states do meanwhile.
         anti_windup: Windup => default("conditioned", "no overshoot after a cut");

@@ -248,6 +248,10 @@ fn tables(part: &Compared) -> Vec<Table> {
     {
         row(name, Cell::Fixed(count as f64, 0), "");
     }
+    if part.away.is_some() {
+        let unmet = Cell::Fixed(part.unmet as f64, 0);
+        row("of the other table, without a counterpart", unmet, "");
+    }
     let digits = digits(part.quantity) + 1;
     let mut difference = |name: &str, value: f64| {
         let value = Cell::Fixed(shown.difference(value), digits);

@@ -1,6 +1,7 @@
 //! From temperatures to what people look at: the report, ParaView fields, tables.
 
 mod corrected;
+mod drift;
 mod film;
 mod found;
 mod front;
@@ -32,6 +33,7 @@ use crate::ebm::judge::of_all;
 use crate::ebm::plan::Plan;
 use crate::ebm::plan::path_file::write_parquet;
 use crate::ebm::preview::drawn::Drawn;
+use crate::ebm::settings::Good;
 use crate::ebm::simulate::{Outcome, Preview};
 
 fn celsius(kelvin: &[f32]) -> Vec<f32> {
@@ -114,6 +116,20 @@ fn share_table(preview: &Preview) -> Table {
     table
 }
 
+/// How the window of each run lies, and what is told where power drifts, in words.
+fn on_its_window(window: &Good) -> [&'static str; 2] {
+    match window {
+        Good::Limits { .. } => [
+            "Every run has the same window: an error of the efficiency or of the power's reading moves the temperatures alone.",
+            "",
+        ],
+        Good::Path { .. } | Good::Body { .. } => [
+            "Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both.",
+            " In the window as it was: what is left where the power changes after the good body was built.",
+        ],
+    }
+}
+
 /// Shares on the reference solver, each with what moves it.
 fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
     let judged = outcome.judged.as_ref()?;
@@ -175,7 +191,7 @@ fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
                 Cell::Fixed(100.0 * run.outside.share, 1),
                 Cell::Fixed(run.outside.farthest, 2),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
-                Cell::Fixed(100.0 * run.as_it_was, 1),
+                Cell::Fixed(100.0 * of_all(&run.as_it_was, Class::Good), 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
                 Cell::Fixed(100.0 * run.ledger.vapour_share(), 1),
                 Cell::Fixed(100.0 * run.residual, 4),
@@ -203,8 +219,9 @@ fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
         ]);
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
+    let [placed, drifts] = on_its_window(&plan.settings.window);
     table.note = format!(
-        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points with cell, step, planes or ground is not converged: compare it with shares of the same cell and step only. One that so much power moves is not robust. In the window as it was: what is left where the power changes after the good body was built."
+        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. {placed} A share that moves by more than 5 points with cell, step, planes or ground is not converged: compare it with shares of the same cell and step only. One that so much power moves is not robust.{drifts}"
     );
     Some(table)
 }
@@ -235,9 +252,10 @@ pub fn report(
             outcome
                 .judged
                 .iter()
-                .map(|j| histogram::judged(j, plan))
+                .flat_map(|j| [histogram::judged(j, plan), drift::plot(j)])
                 .collect(),
             std::iter::once(table)
+                .chain(outcome.judged.iter().map(drift::table))
                 .chain(layers::table(outcome))
                 .collect(),
         ));

@@ -25,6 +25,7 @@ use crate::lpbf::paced;
 use crate::lpbf::plan::Plan;
 use crate::lpbf::plan::work::Work;
 use crate::lpbf::result::{JUDGED, MODES, RecipeResult, fill_words};
+use crate::lpbf::strays;
 use crate::views::lpbf::comparison::Comparison;
 
 /// Side of the corner that is drawn, mm.
@@ -83,7 +84,7 @@ pub(crate) fn write(
     crate::outcome::tell(folder, &report)?;
     Comparison::new(plan, results).write(folder)?;
     if let Some(found) = told.found {
-        search::write(folder, found)?;
+        search::write(folder, found, results)?;
     }
     for (k, r) in results.iter().enumerate() {
         if let Some(heat) = &r.heat {
@@ -141,8 +142,10 @@ pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
             ));
         }
         let told = plan.settings.job.checks.fill_rate.is_none();
+        // of a surface that is not known nothing is told
+        let told = told && plan.enclosed.doubt.is_none();
         if let Some(fill) = r.fill(JUDGED).filter(|_| told) {
-            let rate = fill.judged();
+            let rate = strays::rate(plan, r, &fill);
             facts.push(Fact::new(
                 &format!("fill-{number}"),
                 &r.fill_title(),

@@ -11,7 +11,7 @@ use meltpath_scan_head::servo::model::Loop;
 
 use crate::tune::design::AxisResult;
 use crate::tune::error::{TuneError, step};
-use crate::tune::export::current_words;
+use crate::tune::export::{current_words, forward_words};
 use crate::tune::refinement::words;
 use crate::tune::settings::Settings;
 
@@ -93,7 +93,25 @@ pub(crate) fn facts(result: &AxisResult) -> Vec<Fact> {
         ),
     ];
     facts.extend(current(result));
+    facts.extend(forward(result));
     facts
+}
+
+/// The feed-forward that an exported controller is judged with.
+fn forward(result: &AxisResult) -> Option<Fact> {
+    result.export.as_ref()?;
+    let letter = result.task.name.letter();
+    Some(Fact::words(
+        &format!("{letter}-feed-forward"),
+        &format!(
+            "{}: feed-forward of current beside the exported controller",
+            upper(result)
+        ),
+        &format!(
+            "{}: controller_{letter}_drive of the C file holds it",
+            forward_words(&result.feed_forward())
+        ),
+    ))
 }
 
 /// The current regulator that an exported controller acts through, and what becomes of it with that of the head.

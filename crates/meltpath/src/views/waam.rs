@@ -6,6 +6,7 @@ mod machine;
 mod pictures;
 pub mod sheet;
 pub(crate) mod surface;
+mod thinned;
 
 use std::collections::BTreeMap;
 use std::io;

@@ -40,7 +40,7 @@ use crate::waam::drive::spacing;
 use crate::waam::drive::travels;
 use crate::waam::drive::unsure;
 use crate::waam::judge::checks::{
-    borrowed_check, fixed_torch_check, heat_check, programmed, range_check,
+    borrowed_check, fixed_torch_check, heat_check, programmed, range_check, tool_check,
 };
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::facts::{build_facts, times};
@@ -192,6 +192,7 @@ impl Seen<'_> {
         if self.job.is_some() {
             checks.extend(range_check(programmed(commands, settings), settings));
             checks.extend(feet::check(commands, settings));
+            checks.extend(tool_check(settings));
         }
         checks.push(doubt::lines_check(&commands.gaps, reporter));
         let of_arm = arm_checks(along, (parsed, commands), settings).into_iter();

@@ -49,6 +49,14 @@ impl Loaded {
                 record_inputs(provenance, &[file])?;
             }
         }
+        for named in self.settings.robot.iter().flat_map(|r| &r.files) {
+            record_inputs(provenance, &[&named.file])?;
+        }
+        if let Some(Shape::Wall(wall)) = self.settings.surface.as_ref().map(|asked| &asked.shape)
+            && let Some(file) = &wall.field
+        {
+            record_inputs(provenance, &[file])?;
+        }
         for data in &self.settings.own {
             if let Some(file) = data.file.as_deref() {
                 record_inputs(provenance, &[file])?;
@@ -65,6 +73,9 @@ impl Loaded {
         programs: &[TextFile],
     ) -> Result<(), WaamError> {
         inputs::write(folder, &self.path, &self.text, &self.settings.own)?;
+        if let Some(robot) = &self.settings.robot {
+            inputs::write_beside(folder, &self.settings.own, &robot.files)?;
+        }
         folder.write("toolpath.melt", |w| storage::write(toolpath, w))?;
         if self.settings.toolpath.is_some() {
             let bytes = toolpath_file::packed(toolpath, part, &self.settings)?;

@@ -21,6 +21,7 @@ use meltpath_geometry::section::{LayerSpan, Slice};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::Coverage;
+use meltpath_programs::spacing::shortest_move;
 use meltpath_toolpath::Toolpath;
 use rayon::prelude::*;
 
@@ -59,6 +60,14 @@ pub struct Plan {
     pub lowered: f64,
     /// Share of the bead length that has no neighbour in its layer.
     pub single: f64,
+}
+
+/// Leaves out points that the controllers of the job cannot take that fast, where the way of a bead stays within a hundredth of its width.
+pub(in crate::waam) fn merge_short_moves(toolpath: &mut Toolpath, settings: &Settings) {
+    let dialects = settings.dialects().into_iter();
+    let least = dialects.map(|dialect| shortest_move(&settings.cell.program, dialect));
+    let chord = 0.01 * settings.bead.width.value;
+    toolpath.merge_short_moves(least.fold(0.0, f64::max), chord);
 }
 
 /// Slices and fills.
@@ -123,6 +132,7 @@ pub fn plan(
     if toolpath.layers.is_empty() {
         return Err(no_bead(part, settings));
     }
+    merge_short_moves(&mut toolpath, settings);
     Ok(Plan {
         over,
         single: single_share(toolpath.passes()),

@@ -5,6 +5,7 @@
 pub(crate) mod by_joints;
 mod carried;
 pub(crate) mod files;
+mod no_bead;
 pub(crate) mod to_folder;
 pub(crate) mod toolpath_file;
 pub mod wanted;
@@ -121,14 +122,13 @@ pub enum ProgramStageError {
     NoMove(String),
     /// No move of a bead is known here.
     #[error(
-        "the program {name} lays no bead that is known here, first at {}, line {}, \"{}\": {}; {}",
-        .gap.program, .gap.line, .gap.text, .gap.why, .gap.why.remedy()
+        "the program {name} lays no bead that is known here: {}", no_bead::reasons(.gaps)
     )]
     NoBead {
         /// The program.
         name: String,
-        /// The first line that was not simulated.
-        gap: Box<Gap>,
+        /// The lines that were not simulated.
+        gaps: Vec<Gap>,
     },
 }
 
@@ -465,6 +465,7 @@ fn moves(
         known.turning = by_joints::turning(cell);
     }
     known.by_joints = by_joints::poses(programs, &known, settings);
+    known.register_poses = by_joints::registers(programs, &known, settings);
     let joint_speed = settings.controller.joint_speed.value.0;
     let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
     let external = external(&reading.toolpath, settings);
@@ -576,12 +577,11 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
 fn no_bead(programs: &[Program], (stands, gaps): (bool, Vec<Gap>)) -> ProgramStageError {
     let name = programs.first();
     let name = name.map_or_else(String::new, |p| p.name.clone());
-    match gaps.into_iter().next() {
-        Some(gap) => ProgramStageError::NoBead {
-            name,
-            gap: Box::new(gap),
-        },
-        None if stands => ProgramStageError::NoMove(name),
-        None => ProgramStageError::NoArc(name),
+    if !gaps.is_empty() {
+        ProgramStageError::NoBead { name, gaps }
+    } else if stands {
+        ProgramStageError::NoMove(name)
+    } else {
+        ProgramStageError::NoArc(name)
     }
 }

@@ -244,13 +244,13 @@ pub fn resolve(
     })
 }
 
-/// How thick the plate under the part is, mm. A body that is there already, and a cylinder that a wall begins on, are clamped by themselves unless
-/// the job says otherwise.
+/// How thick the plate under the part is, mm. A body that is there already, and a cylinder or body of revolution that a wall begins on, are
+/// clamped by themselves unless the job says otherwise.
 fn plate_thickness(job: &WaamJob) -> f64 {
     let round = job
         .surface
         .as_ref()
-        .is_some_and(|s| s.base.radius.is_some());
+        .is_some_and(|s| s.base.radius.is_some() || s.base.profile.is_some());
     let clamped = job.onto.is_some() || round;
     if clamped && !job.substrate.is_written() {
         0.0

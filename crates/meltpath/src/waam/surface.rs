@@ -1,6 +1,7 @@
 //! Layers that are not flat: a wall one bead thick along a surface in space, or layers that follow a body. What a job asks, the plan,
 //! its metal, its checks, and the run from part to program.
 
+mod directions;
 mod flatness;
 pub(crate) mod ground;
 pub(crate) mod grow;
@@ -27,7 +28,9 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::surface::TorchRule;
 
 use crate::job::WaamJob;
-use crate::job::waam::{SurfaceStrategyChoice, SurfaceTable, TorchChoice};
+use crate::job::waam::{
+    SurfacePasses, SurfaceSpeeds, SurfaceStrategyChoice, SurfaceTable, SurfaceTorch, TorchChoice,
+};
 use crate::waam::settings::bead::FREE_EDGE;
 
 /// What a job asks of layers that are not flat.
@@ -67,6 +70,14 @@ pub struct WallAsked {
     pub base: BaseAsked,
     /// How passes follow one another.
     pub strategy: SurfaceStrategyChoice,
+    /// Whether they are beads of their own.
+    pub passes: SurfacePasses,
+    /// Travel speeds along them.
+    pub speeds: SurfaceSpeeds,
+    /// What a pass grows at the bead's own speed, mm.
+    pub grows: f64,
+    /// The file of the torch's directions.
+    pub field: Option<PathBuf>,
 }
 
 /// Layers on a body.
@@ -100,7 +111,7 @@ impl OntoAsked {
 }
 
 /// What a wall stands on, as far as a job says it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BaseAsked {
     /// A point of the plane or of the axis, mm.
     pub origin: Option<DVec3>,
@@ -108,6 +119,8 @@ pub struct BaseAsked {
     pub direction: Option<DVec3>,
     /// Radius of a cylinder, mm.
     pub radius: Option<f64>,
+    /// Profile of a body of revolution: along the axis, and the radius there, mm.
+    pub profile: Option<Vec<[f64; 2]>>,
 }
 
 /// What the job's tables ask; nothing where the job has flat layers. `folder` is the job's, `stepover` that of its beads, mm.
@@ -119,10 +132,21 @@ pub(super) fn asked(
 ) -> Option<Asked> {
     let (shape, torch, tilt, lead) = match (job.surface.as_ref(), job.onto.as_ref()) {
         (Some(table), _) => {
-            let shape = Shape::Wall(wall_asked(table));
-            (shape, *table.torch, *table.tilt, *table.lead)
+            let torch = match *table.torch {
+                SurfaceTorch::Tangent => TorchRule::Tangent,
+                SurfaceTorch::Half => TorchRule::Half,
+                SurfaceTorch::Fixed => TorchRule::Fixed,
+                SurfaceTorch::Field => TorchRule::Field,
+            };
+            let shape = Shape::Wall(wall_asked(table, (folder, bead), r));
+            (shape, torch, *table.tilt, *table.lead)
         }
         (None, Some(table)) => {
+            let torch = match *table.torch {
+                TorchChoice::Tangent => TorchRule::Tangent,
+                TorchChoice::Half => TorchRule::Half,
+                TorchChoice::Fixed => TorchRule::Fixed,
+            };
             let body = folder.join(&**table.body);
             let top = table.top.value.as_ref().map(|top| match top {
                 Auto::Auto => TopAsked::Found,
@@ -134,7 +158,7 @@ pub(super) fn asked(
                 then: then.collect(),
                 top,
             });
-            (shape, *table.torch, *table.tilt, *table.lead)
+            (shape, torch, *table.tilt, *table.lead)
         }
         (None, None) => return None,
     };
@@ -174,18 +198,28 @@ pub(super) fn asked(
         shape,
         spacing,
         grows: *job.layers.height == Auto::Auto,
-        torch: match torch {
-            TorchChoice::Tangent => TorchRule::Tangent,
-            TorchChoice::Half => TorchRule::Half,
-            TorchChoice::Fixed => TorchRule::Fixed,
-        },
+        torch,
         tilt: tilt.map(|a| a.0),
         lead: lead.0,
         spacing_limit: job.checks.spacing.0,
     })
 }
 
-fn wall_asked(table: &SurfaceTable) -> WallAsked {
+fn wall_asked(
+    table: &SurfaceTable,
+    (folder, bead): (&Path, &Bead),
+    r: &mut Provenance,
+) -> WallAsked {
+    let own = match *table.passes {
+        SurfacePasses::Each => SurfaceSpeeds::Constant,
+        SurfacePasses::Spiral => SurfaceSpeeds::Adapted,
+    };
+    let speeds = table.speeds.or_computed(r, own);
+    let grown = bead.area.value / (2.0 * FREE_EDGE * bead.width.value);
+    let grows = match speeds {
+        SurfaceSpeeds::Constant => grown,
+        SurfaceSpeeds::Adapted => table.grows.or_computed(r, Length(grown)).0,
+    };
     let faces = table.faces.value.clone().map(|mut faces| {
         faces.sort_unstable();
         faces.dedup();
@@ -197,7 +231,15 @@ fn wall_asked(table: &SurfaceTable) -> WallAsked {
             origin: table.base.origin.map(|o| DVec3::from_array(o.map(|l| l.0))),
             direction: table.base.direction.map(|d| DVec3::from_array(d.0)),
             radius: table.base.radius.map(|l| l.0),
+            profile: table.base.profile.value.as_ref().map(|places| {
+                let place = |place: &[Length; 2]| place.map(|l| l.0);
+                places.iter().map(place).collect()
+            }),
         },
         strategy: *table.strategy,
+        passes: *table.passes,
+        speeds,
+        grows,
+        field: table.field.value.as_ref().map(|file| folder.join(&**file)),
     }
 }

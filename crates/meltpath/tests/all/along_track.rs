@@ -17,14 +17,18 @@ const LONG: f64 = 4400.0;
 /// A KUKA on a track along y, before a table that stands still.
 fn robot(folder: &Path) {
     let text = find(robots::ALL, "kuka-kr16-r2010-2").unwrap().text;
+    write(folder, "robot.toml", on_track(text));
+}
+
+/// An arm that ships, on that track.
+fn on_track(text: &str) -> String {
     let (arm, after) = text.split_once("\n[table]").unwrap();
     let (_, shapes) = after.split_once("\n[shapes]").unwrap();
-    let text = format!(
+    format!(
         "{arm}\n[table]\nposition = [\"1300 mm\", \"0 mm\", \"500 mm\"]\n\
          [track]\nsource = \"test\"\naxis = [0, 1, 0]\nlow = \"-3 m\"\nhigh = \"3 m\"\nspeed = \"1 m/s\"\n\
          [shapes]{shapes}"
-    );
-    write(folder, "robot.toml", text);
+    )
 }
 
 /// A wall along y, 4 mm thick, with its middle at the origin.
@@ -111,11 +115,55 @@ fn a_track_of_which_the_cell_says_nothing_is_asked_for() {
     let dir = tempfile::tempdir().unwrap();
     let told = refusal(&job(dir.path(), "", "[\"kuka-krl\"]"));
     says(&told, &["is told the track", "[program.track]"]);
-    let job = job(dir.path(), TRACK, "[\"yaskawa-inform\"]");
-    // an arm whose stance INFORM tells
-    let arm = std::fs::read_to_string(dir.path().join("robot.toml")).unwrap();
-    let arm = arm.replacen("maker = \"kuka\"", "maker = \"yaskawa\"", 1);
-    write(dir.path(), "robot.toml", arm);
-    let told = refusal(&job);
-    says(&told, &["Yaskawa INFORM", "in pulses"]);
+    yaskawa(dir.path(), TRACK);
+    let told = refusal(&dir.path().join("job.toml"));
+    says(
+        &told,
+        &["Yaskawa INFORM", "program.track.pulses_per_millimetre"],
+    );
+}
+
+/// The same wall before a Yaskawa.
+fn yaskawa(folder: &Path, track: &str) -> PathBuf {
+    let job = job(folder, track, "[\"yaskawa-inform\"]");
+    let text = find(robots::ALL, "yaskawa-ar2010").unwrap().text;
+    write(folder, "robot.toml", on_track(text));
+    write(folder, "cell.toml", cell("yaskawa-inform") + track);
+    job
+}
+
+/// A Yaskawa is told its base axis in pulses; read back the arm is where it was chosen to be.
+#[test]
+fn the_base_axis_of_a_yaskawa_is_told_in_pulses() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    let track = format!("{TRACK}pulses_per_millimetre = 200\n");
+    let job = yaskawa(&home, &track);
+    let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+    let verdict = &outcome.verdict;
+    assert_eq!(check(verdict, "program").status, Status::Pass);
+    assert_ne!(check(verdict, "reach").status, Status::Fail);
+    let program = outcome.folder.join("program/JOB.JBI");
+    let text = std::fs::read_to_string(&program).unwrap();
+    says(&text, &["///GROUP1 RB1,BS1\n", "MOVL C00002 BC00002 V="]);
+    let lines = text.lines().filter(|l| l.starts_with("BC"));
+    let pulses: Vec<f64> = lines
+        .map(|l| l.split_once('=').unwrap().1.parse().unwrap())
+        .collect();
+    assert!(
+        spread(&pulses) > 200.0 * (LONG - 2.0 * 2010.0),
+        "{pulses:?}"
+    );
+    let again = simulate_program(
+        &program,
+        Some(&job),
+        NextIn(&dir.path().join("out")),
+        &Silent,
+    );
+    let again = &again.unwrap().verdict;
+    assert_eq!(check(again, "lines").status, Status::Pass);
+    let value = |v| check(v, "reach").value.as_ref().unwrap().value;
+    let off: f64 = value(again) - value(verdict);
+    assert!(off.abs() < 0.2, "{off}");
 }

@@ -269,7 +269,11 @@ fn what_cannot_be_compared_is_named() {
 fn how_far_places_of_pairs_lie_apart_is_told() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let other = write(folder, "other.csv", "x,y,z,t,T\n0,0,0,0,900\n1,0,0,0,950\n");
+    let other = write(
+        folder,
+        "other.csv",
+        "x,y,z,t,T\n0,0,0,0,900\n1,0,0,0,950\n5,0,0,0,700\n",
+    );
     for (name, table, mean, greatest) in [
         (
             "moved",
@@ -282,6 +286,9 @@ fn how_far_places_of_pairs_lie_apart_is_told() {
         let table = write(folder, "table.csv", table);
         let found = compare::compare(&other, Some(&table), At(&folder.join(name)), &Silent);
         let found = found.unwrap();
+        // a place that only the other has is in no figure
+        assert_eq!(found.parts[0].unmet, 1);
+        assert!(warned(&found.verdict, "places-unmet"));
         let [told_mean, told_greatest] = found.parts[0].away.unwrap();
         assert!((told_mean - mean).abs() < 1e-9 && (told_greatest - greatest).abs() < 1e-9);
         let facts = &found.verdict.facts;

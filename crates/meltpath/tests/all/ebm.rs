@@ -1,5 +1,6 @@
 //! The electron-beam chain on a small job: what it writes, what it says, what it refuses.
 
+mod cake;
 mod charts;
 mod corrected;
 mod costs;
@@ -255,6 +256,21 @@ fn what_cannot_be_is_refused_with_its_place() {
             .contains("known are \"in625-laser\", \"in718-laser\", \"ti6al4v-ebm\"")
     );
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
+    // nothing lies between layers where there is one, or where layers forget their heat
+    for (judge, told) in [
+        ("powder = \"500 °C\"", "judge.powder is of several layers"),
+        ("between = \"3 s\"", "judge.between is of several layers"),
+        ("memory = \"metal\"", "judge.memory is of several layers"),
+    ] {
+        let told_of = refused(&format!("[judge]\n{judge}\n"), 4e-3);
+        assert!(told_of.contains(told), "{told_of}");
+    }
+    let cold = "[ebm]\nlayers = 2\n[judge]\nmemory = \"metal\"\nbetween = \"5 ms\"\n";
+    assert!(refused(cold, 4e-3).contains("judge.between is of layers that keep heat"));
+    let cool = JOB.replace("3700 °C", "100 °C");
+    let file = write(dir.path(), "cool.toml", previewed(&cool));
+    says(&refusal(&file), &["charts.stop is 100 °C", "its liquidus"]);
+    assert!(refused("[ebm]\nlayer = \"5 m\"\n", 4e-3).contains("ebm.layer"));
     // a step in which a voxel would melt whole
     let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);
     says(
@@ -399,7 +415,7 @@ fn the_whole_section_is_judged() {
     let dir = tempfile::tempdir().unwrap();
     let checked = |extra: &str| {
         let extra = format!(
-            "[ebm]\nefficiency = \"45 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
+            "[ebm]\nefficiency = \"45 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\nmodel = \"solver\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
         );
         let verdict = verdict_of(dir.path(), &extra);
         println!("{}", verdict.to_json());

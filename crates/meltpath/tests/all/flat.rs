@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::foreign::{job, posed};
 use crate::support::{self, check, refusal, says, thin_wall, warned, write};
-use meltpath::outcome::RunFolder::NextIn;
+use meltpath::outcome::RunFolder::{self, NextIn};
 use meltpath::waam::{run, simulate_program};
 use meltpath_base::{Fact, Measure, Silent, Status, Verdict};
 use meltpath_geometry::shapes;
@@ -199,6 +199,23 @@ fn more_layers_than_the_part_has_are_told() {
         &told.unwrap().message,
         &["layers.count is 99", "the part has"],
     );
+}
+
+/// A program leads the wire's tip, and where that is the controller's tool says.
+#[test]
+fn a_tool_that_is_set_for_another_distance_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    for (ctwd, differs) in [("15 mm", false), ("11 mm", true)] {
+        let job = thin_wall(dir.path(), &format!("[machine]\nctwd = \"{ctwd}\"\n"));
+        let out = dir.path().join(ctwd);
+        let ran = run(&job, RunFolder::At(&out), &Silent).unwrap();
+        let check = ran.verdict.checks.iter().find(|c| c.id == "tool-distance");
+        assert_eq!(check.is_some(), differs, "{ctwd}");
+        if let Some(check) = check {
+            assert_eq!(check.status, Status::CannotSay);
+            says(&check.reason, &["11.0 mm", "15.0 mm", "4.0 mm too high"]);
+        }
+    }
 }
 
 #[test]

@@ -242,7 +242,10 @@ fn plain_shapes_come_out_as_the_book_says() {
             "layers too thick",
             "lack excess stock accumulation ctwd-known",
         ),
-        ("contact tube too near", "stock height ctwd-min"),
+        (
+            "contact tube too near",
+            "stock height ctwd-min tool-distance",
+        ),
         ("no allowance", "lack stock flatness"),
         ("wide stepover", "stock flatness accumulation ctwd-max"),
     ];

@@ -15,7 +15,12 @@ use meltpath_geometry::shapes;
 
 /// A KUKA before a table that lies 10 deg out of level while its axes stand at zero: the first tilts it, the second turns it.
 fn robot(folder: &Path) -> PathBuf {
-    let text = find(robots::ALL, "kuka-kr16-r2010-2").unwrap().text;
+    before_table(folder, "kuka-kr16-r2010-2")
+}
+
+/// An arm that ships before that table.
+fn before_table(folder: &Path, arm: &str) -> PathBuf {
+    let text = find(robots::ALL, arm).unwrap().text;
     let (arm, after) = text.split_once("\n[table]").unwrap();
     let (_, shapes) = after.split_once("\n[shapes]").unwrap();
     let text = format!(
@@ -124,6 +129,53 @@ fn the_table_of_a_kuka_and_an_abb_is_levelled_and_read_back() {
             let off: f64 = value(again) - value(verdict);
             assert!(off.abs() < 0.2, "{name}: {id} {off}");
         }
+    }
+}
+
+/// A Yaskawa's station is told in pulses, beside positions in a frame that stands: read back, part and torch are where they were chosen to be.
+#[test]
+fn the_table_of_a_yaskawa_is_levelled_and_read_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    let job = job(&home);
+    before_table(&home, "yaskawa-ar2010");
+    // as the table lies in the frame that stands where the part does at rest, 10 deg out of level
+    let words = "[program.positioner]\nsource = \"test\"\nuser_frame = \"base\"\n\
+        [[program.positioner.axis]]\norigin = [\"0 mm\", \"0 mm\", \"0 mm\"]\ndirection = [1, 0, 0]\npulses_per_degree = 1000\n\
+        [[program.positioner.axis]]\norigin = [\"0 mm\", \"0 mm\", \"0 mm\"]\ndirection = [0, 0.173648178, 0.984807753]\npulses_per_degree = -1333.3\n";
+    write(&home, "cell.toml", cell("yaskawa-inform") + words);
+    let text = std::fs::read_to_string(&job).unwrap();
+    let text = text.replace("[\"kuka-krl\", \"abb-rapid\"]", "[\"yaskawa-inform\"]");
+    std::fs::write(&job, text).unwrap();
+    let outcome = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
+    let verdict = &outcome.verdict;
+    for id in ["program", "tilt"] {
+        let check = check(verdict, id);
+        assert_eq!(check.status, Status::Pass, "{check:?}");
+    }
+    let reach = check(verdict, "reach");
+    assert!(!reach.reason.contains("elsewhere"), "{reach:?}");
+    let program = outcome.folder.join("program/JOB.JBI");
+    let text = std::fs::read_to_string(&program).unwrap();
+    for words in ["///GROUP2 ST1\n", "\nSMOVL C00001 V="] {
+        assert!(text.contains(words), "{text}");
+    }
+    let lines = text.lines().filter_map(|l| l.strip_prefix("EC"));
+    let tilts: Vec<f64> = lines
+        .map(|l| l.split(['=', ',']).nth(1).unwrap().parse().unwrap())
+        .collect();
+    assert!(
+        tilts.iter().all(|p| (p.abs() - 10_000.0).abs() < 1000.0),
+        "{tilts:?}"
+    );
+    let again = simulate_program(&program, Some(&job), NextIn(&home.join("out")), &Silent);
+    let again = &again.unwrap().verdict;
+    assert_eq!(check(again, "lines").status, Status::Pass);
+    for id in ["reach", "collision", "tilt"] {
+        let value = |v| check(v, id).value.as_ref().unwrap().value;
+        let off: f64 = value(again) - value(verdict);
+        assert!(off.abs() < 0.2, "{id} {off}");
     }
 }
 

@@ -386,3 +386,17 @@ fn a_written_first_stage_stays_within_the_travel() {
         }
     }
 }
+
+/// A factor that no axis takes is told with what factors are.
+#[test]
+fn changes_have_a_factor_above_zero() {
+    let dir = tempfile::tempdir().unwrap();
+    let subject = Subject::find("demo", "two-axis-150", "Y").unwrap();
+    for change in ["resistance=-1", "inertia=0"] {
+        let bench = Bench::Simulated(vec![change.to_owned()]);
+        let now = at("2026-01-05T08:00:00Z");
+        let told = test(&subject, &bench, dir.path(), &now, &Reporter::new());
+        let told = told.map(|_| ()).unwrap_err().to_string();
+        assert!(told.contains("a FACTOR above zero"), "{told}");
+    }
+}

@@ -188,6 +188,64 @@ fn programs_with_the_part_on_the_robot_run_and_are_read_back() {
     }
 }
 
+/// A Stäubli's project leads each point of the part to the torch; read back it is the same motion, and it says where torch and part are.
+#[test]
+fn a_staublis_project_with_the_part_on_the_robot_runs_and_is_read_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let words = cell("staubli-val3")
+        .replace(
+            "part_position = [\"500 mm\", \"0 mm\", \"0 mm\"]",
+            "part_position = [\"0 mm\", \"0 mm\", \"80 mm\"]",
+        )
+        .replace(
+            "tool_position = [\"8.6036 mm\", \"0 mm\", \"342.2873 mm\"]\ntool_angles = [\"0 deg\", \"35 deg\", \"0 deg\"]",
+            "tool_position = [\"480 mm\", \"0 mm\", \"700 mm\"]\ntool_angles = [\"180 deg\", \"0 deg\", \"0 deg\"]",
+        );
+    std::fs::write(dir.path().join("cell.toml"), &words).unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    let robot = std::fs::read_to_string(examples.join("torus-on-flange/robot.toml")).unwrap();
+    std::fs::write(dir.path().join("robot.toml"), robot).unwrap();
+    let job = thin_wall(
+        dir.path(),
+        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 2\n\
+         [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\n[simulation]\ncell = \"1 mm\"\n",
+    );
+    let job = Job { dir, job };
+    let (folder, verdict) = job.run();
+    assert!(verdict.checks.iter().all(|c| c.id != "fixed-torch"));
+    assert_eq!(check(&verdict, "program").status, Status::Pass);
+    // torch and holder are guessed, so that no check passes by them
+    let reach = check(&verdict, "reach");
+    assert!(
+        reach.value.is_some() && !reach.reason.contains("elsewhere"),
+        "{reach:?}"
+    );
+    let programs = std::fs::read_dir(folder.join("program")).unwrap();
+    let mut programs = programs.map(|f| f.unwrap().path());
+    let program = programs.find(|p| {
+        p.extension().is_some_and(|e| e == "pgx")
+            && !p.ends_with("start.pgx")
+            && !p.ends_with("stop.pgx")
+    });
+    let (played, again) = job.simulate(&program.unwrap());
+    for name in ["as-built.stl", "series/motion.csv", "series/joints.csv"] {
+        let [a, b] = [&folder, &played].map(|f| std::fs::read(f.join(name)).unwrap());
+        assert_eq!(a, b, "{name}");
+    }
+    assert_eq!(check(&again, "lines").status, Status::Pass);
+    // a cell file that says otherwise
+    let aside = words.replace(
+        "\"480 mm\", \"0 mm\", \"700 mm\"",
+        "\"490 mm\", \"0 mm\", \"700 mm\"",
+    );
+    std::fs::write(job.dir.path().join("cell.toml"), aside).unwrap();
+    let (_, found) = job.run();
+    let reach = check(&found, "reach");
+    for told in ["the wire tip is at", "in the world", "10.0 mm"] {
+        assert!(reach.reason.contains(told), "{reach:?}");
+    }
+}
+
 /// A program whose words say otherwise than the robot's file.
 #[test]
 fn a_program_that_holds_otherwise_than_the_robots_file_is_told() {

@@ -245,6 +245,19 @@ fn schemas_have_every_key_and_templates_name_them() {
         .as_str()
         .unwrap();
     assert!(pattern.contains("mm|µm"), "{pattern}");
+    // an arm may come from a URDF: then it need not be written, and its speeds may stand alone
+    let robot = schema(Subject::Robot);
+    let required = robot["required"].as_array().unwrap();
+    assert!(
+        required.iter().all(|key| key != "arm" && key != "joints"),
+        "{required:?}"
+    );
+    assert!(robot["properties"]["joints"].get("required").is_none());
+    assert_eq!(
+        robot["else"]["required"],
+        serde_json::json!(["arm", "joints"])
+    );
+    assert!(robot["else"]["properties"]["joints"]["required"].is_array());
     let tune = schema(Subject::Tune);
     assert_eq!(
         tune["properties"]["h-infinity"]["additionalProperties"],

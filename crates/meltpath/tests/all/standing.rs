@@ -195,3 +195,37 @@ fn the_nearest_place_to_a_holder_is_told() {
     let [x, y, _] = holders.place.as_ref().unwrap().position.unwrap();
     assert!((x - 7.0).abs() < 0.1 && y == 0.0, "{holders:?}");
 }
+
+/// The plate of flat layers stands on the table: sunk into it, over it or beside it nothing passes.
+#[test]
+fn a_flat_plate_stands_on_its_table() {
+    let dir = tempfile::tempdir().unwrap();
+    let robot = measured(dir.path());
+    let at = |place: [f64; 2]| {
+        let [x, z] = place;
+        let job = thin_wall(
+            dir.path(),
+            &format!(
+                "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 2\n\
+                 [machine]\n{robot}\nplace = [\"{x} mm\", \"0 mm\", \"{z} mm\"]\n[simulation]\ncell = \"1 mm\"\n"
+            ),
+        );
+        let outcome = run(&job, NextIn(&dir.path().join("runs")), &Silent).unwrap();
+        check(&outcome.verdict, "standing").clone()
+    };
+    let value = |check: &Check| check.value.as_ref().unwrap().value;
+    let stands = at([0.0, 0.0]);
+    assert_eq!(stands.status, Status::Pass, "{stands:?}");
+    assert!(value(&stands).abs() < 1e-9, "{stands:?}");
+    let sunk = at([0.0, -30.0]);
+    assert_eq!(sunk.status, Status::Fail, "{sunk:?}");
+    assert!((value(&sunk) + 30.0).abs() < 1e-9, "{sunk:?}");
+    for (place, words) in [
+        ([0.0, 50.0], "holds it there"),
+        ([-900.0, 0.0], "beyond its edge"),
+    ] {
+        let check = at(place);
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        says(&check.reason, &[words]);
+    }
+}

@@ -37,6 +37,44 @@ fn tuned(folder: &Path, text: &str) -> Result<meltpath::outcome::Outcome, String
     .map_err(|e| e.to_string())
 }
 
+/// What a drive needs beside an exported law is told where the law leaves.
+fn tells_the_drive(folder: &Path) {
+    // the drive's current regulator is told with the controller that needs it, and what becomes of it with the head's own
+    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    says(
+        &read("controller-y.c"),
+        &[
+            "Set the drive's current regulator",
+            "V/A",
+            "backward Euler at every T",
+            "double controller_y_drive(",
+            "set-point and measured angle in rad",
+            "the error of the angle in deg",
+        ],
+    );
+    says(
+        &read("controller-y.json"),
+        &[
+            "current_regulator",
+            "gain_V_per_A",
+            "feed_forward",
+            "gain_A_s2_per_rad",
+            "error of the angle, deg",
+        ],
+    );
+    let own = "the head's file has K = 2.15 V/A, T = 80 µs, with which the distance to the critical point is 0.";
+    says(
+        &read("verdict.json"),
+        &[
+            "y-current",
+            "set the drive to it",
+            own,
+            "y-feed-forward",
+            "controller_y_drive",
+        ],
+    );
+}
+
 #[test]
 fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     let place = tempfile::tempdir().unwrap();
@@ -73,21 +111,7 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
             "Scattered motors",
         ],
     );
-    // the drive's current regulator is told with the controller that needs it, and what becomes of it with the head's own
-    let read = |name: &str| fs::read_to_string(outcome.folder.join(name)).unwrap();
-    says(
-        &read("controller-y.c"),
-        &["Set the drive's current regulator", "V/A"],
-    );
-    says(
-        &read("controller-y.json"),
-        &["current_regulator", "gain_V_per_A"],
-    );
-    let own = "the head's file has K = 2.15 V/A, T = 80 µs, with which the distance to the critical point is 0.";
-    says(
-        &read("verdict.json"),
-        &["y-current", "set the drive to it", own],
-    );
+    tells_the_drive(&outcome.folder);
     let text = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
     let file: ControllerFile = serde_json::from_str(&text).unwrap();
     assert_eq!(file.axes.len(), 2);
@@ -335,6 +359,25 @@ fn mistakes_are_named() {
             "draws = 4\n[export]\nword = \"fixed\"\nbits = [31, 22]",
             "fit",
         ),
+        ("delay = \"0 us\"", "delay = \"1 s\"", "robust.delay"),
+        (
+            "delay = \"0 us\"",
+            "modulus_margin = 0.0",
+            "robust.modulus_margin",
+        ),
+        (
+            "delay = \"0 us\"",
+            "modulus_margin = -1.0",
+            "robust.modulus_margin",
+        ),
+        ("delay = \"0 us\"", "order = 2", "robust.order is 2"),
+        ("delay = \"0 us\"", "resonance = 0.1", "robust.resonance"),
+        ("\"5 %\"", "\"500 %\"", "robust.mode_shift"),
+        (
+            "[cascade",
+            "axes = [\"y\"]\n[h-infinity]\nbandwidth = \"60000 rad/s\"\n[cascade",
+            "write a lower h-infinity.bandwidth",
+        ),
     ] {
         let error = tuned(place.path(), &SHORT.replace(wrong, right)).unwrap_err();
         assert!(error.contains(expected), "{expected}: {error}");
@@ -343,6 +386,51 @@ fn mistakes_are_named() {
         !place.path().join("runs").exists(),
         "nothing is left behind"
     );
+}
+
+/// A controller for motors that differ that cannot be found is told, with what was in its way; it fails where it was asked for. What is not drawn
+/// is told, too.
+#[test]
+fn a_robust_controller_that_is_not_found_is_told() {
+    let place = tempfile::tempdir().unwrap();
+    let text = SHORT
+        .replace("[cascade", "axes = [\"y\"]\n[cascade")
+        .replace("particles = 6", "resonance = 1.0\nparticles = 6")
+        .replace("draws = 4", "draws = 0");
+    let verdict = tuned(place.path(), &text).unwrap().verdict;
+    let robust = check(&verdict, "y-robust");
+    assert_eq!(robust.status, Status::Warn, "{robust:?}");
+    says(
+        &robust.reason,
+        &["largest gain", "the H-infinity controller leaves"],
+    );
+    says(robust.remedy.as_ref().unwrap(), &["robust.resonance"]);
+    assert_eq!(check(&verdict, "y-scatter").status, Status::NotChecked);
+    let asked = text + "[export]\ncontroller = \"robust\"\n";
+    let verdict = tuned(place.path(), &asked).unwrap().verdict;
+    assert_eq!(check(&verdict, "y-robust").status, Status::Fail);
+}
+
+/// An unstable loop fails with the smallest distance that may be asked for; one that comes too near since its controller acts seldom is told so.
+#[test]
+fn an_unstable_loop_fails_whatever_the_limit() {
+    let place = tempfile::tempdir().unwrap();
+    let mode = |robust: &str, export: &str| {
+        let text = SHORT
+            .replace("[cascade", "axes = [\"y\"]\n[cascade")
+            .replace("delay = \"0 us\"\n", robust)
+            .replace("\"5 %\"", "\"10 %\"")
+            + "[export]\ncontroller = \"h-infinity\"\n"
+            + export;
+        let verdict = tuned(place.path(), &text).unwrap().verdict;
+        check(&verdict, "y-mode").clone()
+    };
+    let unstable = mode("modulus_margin = 0.01\n", "");
+    assert_eq!(unstable.status, Status::Fail, "{unstable:?}");
+    says(&unstable.reason, &["unstable"]);
+    let seldom = mode("", "every = 2\n");
+    assert_eq!(seldom.status, Status::Fail, "{seldom:?}");
+    says(seldom.remedy.as_ref().unwrap(), &["export.every = 1"]);
 }
 
 /// What would be tuned twice is told at its key.

@@ -220,6 +220,7 @@ frames = 1
 [window]
 low = "1700 °C"
 high = "9000 °C"
+model = "solver"
 [region]
 contour = [["0 mm", "0 mm"], ["2 mm", "0 mm"], ["2 mm", "0.6 mm"], ["0 mm", "0.6 mm"]]
 [checks]

@@ -8,9 +8,8 @@ use rayon::prelude::*;
 
 use super::field::Field;
 use super::laid_out::LaidOut;
-use super::pace::Pace;
 use crate::fill::Coverage;
-use crate::surface::{SurfacePass, SurfacePoint};
+use crate::surface::{Pace, SurfacePass, SurfacePoint};
 
 /// Steps along a bead in which it is brought back, mm, before points that say nothing of its course are left out.
 const STEP: f64 = 0.5;

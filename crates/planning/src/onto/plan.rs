@@ -11,9 +11,9 @@ use super::inner::inner;
 use super::laid_out::{LaidOut, laid_out_in_a_plane};
 use super::layers::{Growing, Middle};
 use super::lift::{Lift, OntoBead, TopPlace};
-use super::pace::Pace;
 use super::settings::OntoSettings;
 use crate::fill::{Coverage, FillLayer, PassIds, plan_layers};
+use crate::surface::Pace;
 
 /// One layer as planned.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,6 +136,7 @@ impl<'a> Onto<'a> {
                 chord_error: self.settings.chord_error,
                 pace: self.settings.top.map(|to| Pace {
                     grown,
+                    power: 1.0,
                     paces: to.paces,
                     known: to.known,
                     shortest: 0.5 * width,

@@ -14,6 +14,14 @@ pub enum SurfaceError {
         /// What was given.
         value: f64,
     },
+    /// The profile of a body of revolution is none.
+    #[error("place {place} of the profile of the base: {what}")]
+    Profile {
+        /// Which, from 1; of too few how many.
+        place: usize,
+        /// What is wrong.
+        what: &'static str,
+    },
     /// The ranges of the parameters are empty or not finite.
     #[error(
         "the range {from} to {to} of a parameter of the surface is empty or not finite: give both ends"

@@ -5,63 +5,10 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::segments::Segments;
 use meltpath_geometry::sheet::{FrontEnd, FrontPoint, Sheet, SheetError, SheetLine, thinned};
 
+use super::base::Base;
 use super::error::SurfaceError;
 use super::pass::{SurfacePass, SurfacePoint};
 use super::{MOST_PASSES, SurfaceSettings, SurfaceStrategy};
-
-/// What a wall stands on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Base {
-    /// A plane; the wall grows towards its normal.
-    Plane {
-        /// A point of it, mm.
-        origin: DVec3,
-        /// Its normal; of any length but zero.
-        normal: DVec3,
-    },
-    /// A cylinder; the wall grows away from its axis.
-    Cylinder {
-        /// A point of its axis, mm.
-        origin: DVec3,
-        /// Along its axis; of any length but zero.
-        axis: DVec3,
-        /// Radius, mm.
-        radius: f64,
-    },
-}
-
-impl Base {
-    /// The signed distance of a point, mm: above zero where the wall grows.
-    pub fn distance(&self, p: DVec3) -> f64 {
-        match *self {
-            Base::Plane { origin, normal } => (p - origin).dot(normal.normalize_or_zero()),
-            Base::Cylinder {
-                origin,
-                axis,
-                radius,
-            } => (p - origin).reject_from(axis).length() - radius,
-        }
-    }
-
-    fn check(&self) -> Result<(), SurfaceError> {
-        let (direction, radius) = match *self {
-            Base::Plane { normal, .. } => (normal, 1.0),
-            Base::Cylinder { axis, radius, .. } => (axis, radius),
-        };
-        for (name, value) in [
-            (
-                "the length of the direction of the base",
-                direction.length(),
-            ),
-            ("the radius of the base", radius),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(SurfaceError::Setting { name, value });
-            }
-        }
-        Ok(())
-    }
-}
 
 /// Passes on a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,7 +86,7 @@ fn by_planes(
     settings: &SurfaceSettings,
 ) -> Result<MeshPasses, SurfaceError> {
     let direction = direction.normalize();
-    let (Base::Plane { origin, .. } | Base::Cylinder { origin, .. }) = *base;
+    let origin = base.origin();
     let sheet = Sheet::new(mesh, settings.spacing)?;
     let height = |p: DVec3| (p - origin).dot(direction);
     let heights = mesh.triangles.iter().flatten();

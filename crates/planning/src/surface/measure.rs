@@ -4,7 +4,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::segments::Segments;
 
 use super::pass::{SurfacePass, SurfacePoint};
-use super::torch::{Torch, torch_axes};
+use super::torch::{Torch, axes_along};
 
 /// A value at its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -157,7 +157,7 @@ pub fn nearest_spacing(passes: &[SurfacePass], spacing: f64) -> Option<Distribut
 
 /// Angles between the torch and the vertical, rad.
 pub fn tilts(passes: &[SurfacePass], torch: &Torch) -> Option<Distribution> {
-    let axes: Vec<DVec3> = passes.iter().flat_map(|p| torch_axes(p, torch)).collect();
+    let axes: Vec<DVec3> = axes_along(passes, torch).into_iter().flatten().collect();
     let mut axes = axes.iter();
     distribution(passes, |_, _| Some(axes.next()?.angle_between(torch.up)))
 }

@@ -20,6 +20,18 @@ impl SurfacePoint {
     pub fn spacing(&self) -> Option<f64> {
         Some(self.position.distance(self.from?))
     }
+
+    /// The point that lies a share of the way to another, straight.
+    #[must_use]
+    pub fn towards(&self, other: &SurfacePoint, share: f64) -> SurfacePoint {
+        let unit = |a: DVec3, b: DVec3| a.lerp(b, share).normalize_or(a);
+        SurfacePoint {
+            position: self.position.lerp(other.position, share),
+            normal: unit(self.normal, other.normal),
+            growth: unit(self.growth, other.growth),
+            from: self.from.zip(other.from).map(|(a, b)| a.lerp(b, share)),
+        }
+    }
 }
 
 /// One uninterrupted pass.
@@ -38,6 +50,14 @@ impl SurfacePass {
         self.points.len() > 2 && ends.is_some_and(|(a, b)| a.position == b.position)
     }
 
+    /// Whether it goes on from another: it begins where that ends, on the same place.
+    pub fn goes_on_from(&self, before: &SurfacePass) -> bool {
+        let ends = before.points.last().zip(self.points.first());
+        ends.is_some_and(|(end, begin)| {
+            end.position == begin.position && end.from.is_some() && end.from == begin.from
+        })
+    }
+
     /// The unit direction of travel at a point, by its neighbours; around the end of a closed pass. Zero where there is none.
     pub fn travel(&self, i: usize) -> DVec3 {
         let (points, closed) = (&self.points, self.is_closed());
@@ -54,6 +74,23 @@ impl SurfacePass {
         ends.map_or(DVec3::ZERO, |(a, b)| {
             (b.position - a.position).normalize_or_zero()
         })
+    }
+
+    /// The same with points in between, so that no move is longer than `longest` mm.
+    #[must_use]
+    pub fn divided(&self, longest: f64) -> SurfacePass {
+        let mut points: Vec<SurfacePoint> = self.points.first().copied().into_iter().collect();
+        for pair in self.points.windows(2) {
+            let pieces = pair[0].position.distance(pair[1].position) / longest;
+            let pieces = pieces.ceil().clamp(1.0, 1e5) as u32;
+            let share = |k: u32| f64::from(k) / f64::from(pieces);
+            points.extend((1..pieces).map(|k| pair[0].towards(&pair[1], share(k))));
+            points.push(pair[1]);
+        }
+        SurfacePass {
+            number: self.number,
+            points,
+        }
     }
 
     /// Length, mm.

@@ -1,8 +1,11 @@
 //! How the torch is held along a pass on a surface.
 //! Source: Campocasso 2017, § III.D (half of the angle by which the surface leans).
 
+use std::sync::Arc;
+
 use meltpath_geometry::math::{DQuat, DVec3};
 
+use super::field::Field;
 use super::pass::{SurfacePass, SurfacePoint};
 
 /// Where the torch points from.
@@ -14,10 +17,12 @@ pub enum TorchRule {
     Half,
     /// Always along the direction in which the build begins.
     Fixed,
+    /// In the direction of the [`Torch::field`]; along the surface where that says nothing.
+    Field,
 }
 
 /// How the torch is held.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Torch {
     /// Where it points from.
     pub rule: TorchRule,
@@ -32,6 +37,8 @@ pub struct Torch {
     /// Length along the pass over which the direction is a mean, mm: fronts have kinks, at which a torch cannot turn at once. Zero for
     /// the direction of each point alone.
     pub even: f64,
+    /// Directions that a person gives.
+    pub field: Option<Arc<Field>>,
 }
 
 /// Unit axes of the torch at the points of a pass, from the part towards the torch. The lead comes first, so that the greatest tilt
@@ -43,6 +50,10 @@ pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {
         // where the wall grows straight back there is no half way: the wall itself shows where to
         TorchRule::Half => (torch.begin + p.growth).normalize_or(p.normal),
         TorchRule::Fixed => torch.begin,
+        TorchRule::Field => {
+            let field = torch.field.as_ref();
+            field.and_then(|f| f.at(p.position)).unwrap_or(p.growth)
+        }
     };
     let mut ruled: Vec<DVec3> = points.iter().map(ruled).collect();
     if torch.even > 0.0 && torch.even.is_finite() {
@@ -61,6 +72,32 @@ pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {
         held_up(led.normalize_or(axis), torch)
     };
     (0..points.len()).map(axis).collect()
+}
+
+/// The same along passes, where those that go on from one another are one.
+pub fn axes_along(passes: &[SurfacePass], torch: &Torch) -> Vec<Vec<DVec3>> {
+    let runs = passes.chunk_by(|a, b| b.goes_on_from(a));
+    let run = |run: &[SurfacePass]| -> Vec<Vec<DVec3>> {
+        if let [pass] = run {
+            return vec![torch_axes(pass, torch)];
+        }
+        let begin = run[0].points.first();
+        let others = run.iter().flat_map(|p| p.points.iter().skip(1));
+        let whole = SurfacePass {
+            number: run[0].number,
+            points: begin.into_iter().chain(others).copied().collect(),
+        };
+        let axes = torch_axes(&whole, torch);
+        let mut at = 0;
+        let own = |pass: &SurfacePass| {
+            let to = at + pass.points.len();
+            let own = axes[at..to].to_vec();
+            at = to - 1;
+            own
+        };
+        run.iter().map(own).collect()
+    };
+    runs.flat_map(run).collect()
 }
 
 /// Directions at the points of a pass, each the mean over `length` mm of it about its point; around the end of a closed pass.

@@ -12,6 +12,7 @@ use meltpath_planning::surface::{
 
 mod flange;
 mod meshes;
+mod spiral;
 mod torch;
 mod torus;
 
@@ -24,6 +25,7 @@ fn upwards(rule: TorchRule) -> Torch {
         greatest_tilt: std::f64::consts::PI,
         lead: 0.0,
         even: 0.0,
+        field: None,
     }
 }
 

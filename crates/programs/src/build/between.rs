@@ -5,7 +5,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Channel, Move, Pass};
 
 use super::wording::SHORTEST_WAIT;
-use super::{Builder, Pause, highest, moved, places};
+use super::{Builder, Pause, Point, Step, highest, moved, places};
 use crate::assembly::comment;
 use crate::program::Instruction;
 use crate::upkeep::Split;
@@ -57,6 +57,25 @@ impl Builder<'_> {
         }
     }
 
+    pub(super) fn count_bead(&mut self, pass: &Pass<'_>) {
+        if pass.head.role.deposits() {
+            *self.beads.entry(pass.layer).or_default() += 1;
+        }
+    }
+
+    /// The pass as people count: the last bead counted, as a restart names it.
+    pub(super) fn name(&self, pass: &Pass<'_>) -> String {
+        match self.beads.get(&pass.layer) {
+            Some(bead) if pass.head.role.deposits() => format!("Layer {} bead {bead}", pass.layer),
+            _ => format!("Layer {} travel", pass.layer),
+        }
+    }
+
+    /// What a pass grows over its path, mm.
+    pub(super) fn growth(&self, pass: &Pass<'_>) -> f64 {
+        self.profile(pass).height.max(0.0)
+    }
+
     fn speed(&self, pass: &Pass<'_>, i: usize) -> f64 {
         let said = pass.value(Channel::Speed, i);
         said.unwrap_or(self.profile(pass).speed)
@@ -71,6 +90,36 @@ impl Builder<'_> {
         let dwell = pass.value(Channel::Dwell, i);
         let dwell = dwell.unwrap_or(self.profile(pass).dwell);
         pass.move_length(i) / self.speed(pass, i) + stays + dwell
+    }
+
+    /// A pass that begins where the one before ended, with the arc on: people are told its layer, and nothing else happens between the two.
+    pub(super) fn goes_on(
+        &mut self,
+        pass: &Pass<'_>,
+        (points, steps): (&[Point], &[Step]),
+        goes_on: bool,
+    ) {
+        self.layer = Some(pass.layer);
+        self.assembly
+            .push(comment(&format!("Layer {}", pass.layer)));
+        self.assembly.push(comment(&self.name(pass)));
+        let first = steps.iter().find_map(moved).unwrap_or(0);
+        let feed = self.feed(pass, first);
+        let schedule = self.schedule(feed);
+        self.follow(pass, steps, (Some(schedule), goes_on));
+        self.laid(pass, points, goes_on);
+    }
+
+    /// Takes in the metal of a pass, and leaves it where it does not go on.
+    pub(super) fn laid(&mut self, pass: &Pass<'_>, points: &[Point], goes_on: bool) {
+        let growth = self.growth(pass);
+        self.highest = self.highest.max(highest(points) + growth);
+        self.flanks.lay(pass.layer, places(points), growth);
+        if !goes_on {
+            self.set_weave(0);
+            self.leave(self.flanks.way(pass.layer));
+        }
+        self.count(pass);
     }
 
     /// Goes on to a layer, where it is another: what is due, the pause, and what tells people the layer.

@@ -6,18 +6,13 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Pass, Toolpath};
 
 use super::error::BuildError;
+use super::steps::{MOST_TURNING, Steps};
 use crate::cell::CellProgramming;
+use crate::inform::Pulses;
 use crate::orientation::pose;
 use crate::positioner::{Line, Positioner, UserFrame, turned};
 use crate::program::{Axis, Coordinates, Dialect, Position};
 use crate::track::Track;
-
-/// Most axes of a positioner.
-const MOST_TURNING: usize = 3;
-/// Most axes, with the track.
-pub(super) const MOST_AXES: usize = 1 + MOST_TURNING;
-/// Axes are written and read in steps of this, deg or mm.
-const STEP: f64 = 1e-3;
 
 /// What moves with the arm.
 #[derive(Debug)]
@@ -26,6 +21,7 @@ pub(super) struct Coordination<'a> {
     pub(super) positioner: Option<&'a Positioner>,
     /// The axes, where positions are told in a frame that does not turn with the part.
     lines: Option<Vec<Line>>,
+    pub(super) steps: Steps,
 }
 
 impl<'a> Coordination<'a> {
@@ -57,7 +53,7 @@ impl<'a> Coordination<'a> {
     ) -> Result<Self, BuildError> {
         let track = cell.track.as_ref();
         if let Some(track) = track {
-            check_track(track, dialect)?;
+            check_track(track, cell, dialect)?;
         }
         let positioner = cell.positioner.as_ref();
         if positioner.is_none() && most > usize::from(track.is_some()) {
@@ -67,11 +63,12 @@ impl<'a> Coordination<'a> {
                 "positioner",
             ));
         }
-        let lines = positioner.map(|p| lines(p, dialect)).transpose()?;
+        let lines = positioner.map(|p| lines(p, cell, dialect)).transpose()?;
         Ok(Coordination {
             track,
             positioner,
             lines: lines.flatten(),
+            steps: Steps::of(cell, dialect),
         })
     }
 
@@ -114,7 +111,7 @@ fn missing(dialect: Dialect, what: &'static str, key: &'static str) -> BuildErro
 }
 
 /// Whether a controller is told the track in words that are known.
-fn check_track(track: &Track, dialect: Dialect) -> Result<(), BuildError> {
+fn check_track(track: &Track, cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
     let refused = |why| Err(BuildError::Track(dialect.name(), why));
     match dialect {
         _ if track.slides() == 0 => {
@@ -125,17 +122,23 @@ fn check_track(track: &Track, dialect: Dialect) -> Result<(), BuildError> {
             "the mechanical unit of the track",
             "track.unit",
         )),
-        Dialect::FanucLs | Dialect::Krl | Dialect::Rapid => Ok(()),
-        Dialect::Inform => refused(
-            "a base axis is told in pulses, in positions of its own, and how these stand beside positions in a user frame is not known here",
-        ),
+        Dialect::Inform if Pulses::of(cell).of_base().is_none() => Err(missing(
+            dialect,
+            "the pulses a millimetre of the base axis",
+            "track.pulses_per_millimetre",
+        )),
+        Dialect::FanucLs | Dialect::Krl | Dialect::Rapid | Dialect::Inform => Ok(()),
         Dialect::UrScript => refused("its moves say where the arm's joints go, and nothing else"),
         Dialect::Val3 => refused("its points say where the arm goes, and nothing else"),
     }
 }
 
 /// The axes of a positioner where positions are told in a frame that does not turn with the part.
-fn lines(positioner: &Positioner, dialect: Dialect) -> Result<Option<Vec<Line>>, BuildError> {
+fn lines(
+    positioner: &Positioner,
+    cell: &CellProgramming,
+    dialect: Dialect,
+) -> Result<Option<Vec<Line>>, BuildError> {
     if !(1..=MOST_TURNING).contains(&positioner.axes.len()) {
         return Err(missing(
             dialect,
@@ -144,7 +147,17 @@ fn lines(positioner: &Positioner, dialect: Dialect) -> Result<Option<Vec<Line>>,
         ));
     }
     match dialect {
-        Dialect::FanucLs => match *positioner.user_frame {
+        Dialect::Inform if Pulses::of(cell).of_station().is_none() => Err(missing(
+            dialect,
+            "the pulses a degree of each axis of the positioner",
+            "positioner.axis.pulses_per_degree",
+        )),
+        Dialect::FanucLs | Dialect::Inform => match *positioner.user_frame {
+            Some(UserFrame::Part) if dialect == Dialect::Inform => Err(missing(
+                dialect,
+                "that the table turns in the user frame, which stands there,",
+                "positioner.user_frame = \"base\"",
+            )),
             Some(UserFrame::Part) => Ok(None),
             Some(UserFrame::Base) => positioner.lines().map(Some).ok_or_else(|| {
                 missing(
@@ -165,27 +178,27 @@ fn lines(positioner: &Positioner, dialect: Dialect) -> Result<Option<Vec<Line>>,
             "positioner.unit",
         )),
         Dialect::Krl | Dialect::Rapid => Ok(None),
-        Dialect::UrScript | Dialect::Inform | Dialect::Val3 => {
-            Err(BuildError::Positioner(dialect.name()))
-        }
+        Dialect::UrScript | Dialect::Val3 => Err(BuildError::Positioner(dialect.name())),
     }
 }
 
 /// Tells a position of a coordinated program anew: a pose of the part where the track, mm, and the positioner's axes stand so, rad.
-/// Orientation and axes get the digits of a file.
+/// Orientation and axes get the digits of a file of the cell in this dialect.
 pub fn tell(
     position: &mut Position,
     tip: Pose,
     (track, axes): (Option<f64>, &[f64]),
-    positioner: Option<&Positioner>,
+    (cell, dialect): (&CellProgramming, Dialect),
 ) {
-    let degrees: Vec<f64> = axes.iter().map(|a| stepped(a.to_degrees())).collect();
+    let positioner = cell.positioner.as_ref();
+    let steps = Steps::of(cell, dialect);
+    let degrees = steps.turning(axes);
     let told = |into: &mut [Axis], values: &[f64]| {
         for (axis, value) in into.iter_mut().zip(values) {
             axis.value = *value;
         }
     };
-    // a FANUC tells those that turn the part as a group of their own
+    // FANUC and Yaskawa tell those that turn the part as a group of their own
     let mut apart = false;
     for group in &mut position.groups {
         if let (true, Coordinates::Joint(axes)) = (
@@ -210,30 +223,7 @@ pub fn tell(
     {
         *xyz = pose.position.to_array();
         *wpr_degrees = pose.wpr().to_array().map(f64::to_degrees);
-        let track: Vec<f64> = track.map(stepped).into_iter().collect();
+        let track: Vec<f64> = track.map(|t| steps.track(t)).into_iter().collect();
         told(external, &[track, degrees].concat());
     }
-}
-
-/// The external axes at a point of a pass, the first `slides` of them in mm, the others in deg; zeros where it says none.
-pub(super) fn axes_at(pass: &Pass<'_>, i: usize, slides: usize) -> [f64; MOST_AXES] {
-    let mut axes = [0.0; MOST_AXES];
-    for (number, (axis, said)) in axes.iter_mut().zip(pass.external(i)).enumerate() {
-        let said = said.unwrap_or(0.0);
-        *axis = stepped(if number < slides {
-            said
-        } else {
-            said.to_degrees()
-        });
-    }
-    axes
-}
-
-/// Halfway between two places of the axes.
-pub(super) fn halfway(a: [f64; MOST_AXES], b: [f64; MOST_AXES]) -> [f64; MOST_AXES] {
-    std::array::from_fn(|i| stepped(0.5 * (a[i] + b[i])))
-}
-
-fn stepped(value: f64) -> f64 {
-    (value / STEP).round() * STEP
 }

@@ -72,6 +72,18 @@ pub enum BuildError {
         /// Its wire feed, mm/s.
         wire_feed: f64,
     },
+    /// A value of the cell that its controller does not take.
+    #[error("program.{key} of the cell is {text}, but for {dialect} must be {wanted}")]
+    Word {
+        /// Which.
+        key: &'static str,
+        /// Its value, as it is written.
+        text: String,
+        /// The dialect.
+        dialect: &'static str,
+        /// What it must be.
+        wanted: &'static str,
+    },
     /// A positioner and a robot that both hold the part.
     #[error(
         "a positioner is to turn the part that the robot holds: leave external axes out of the plan, or [program.positioner] out of the cell file"
@@ -110,12 +122,12 @@ pub enum BuildError {
     Service(String),
     /// A controller for which no words for a positioner are written.
     #[error(
-        "the toolpath turns the part by external axes, and programs for {0} that move them with the arm are not written: write them for FANUC, KUKA or ABB, or let the part lie still"
+        "the toolpath turns the part by external axes, and programs for {0} that move them with the arm are not written: write them for FANUC, KUKA, ABB or Yaskawa, or let the part lie still"
     )]
     Positioner(&'static str),
     /// A controller for which no words for a track are written.
     #[error(
-        "the toolpath moves the arm along a track, and programs for {0} that tell it are not written: {1}; write them for FANUC, KUKA or ABB with a user frame that stands, or let the track rest (machine.external)"
+        "the toolpath moves the arm along a track, and programs for {0} that tell it are not written: {1}; write them for FANUC, KUKA, ABB or Yaskawa with a user frame that stands, or let the track rest (machine.external)"
     )]
     Track(&'static str, &'static str),
     /// Nothing to do.

@@ -8,6 +8,8 @@ use crate::inform::{InformWords, zone_near};
 use crate::program::{
     ArcAction, ArcStyle, ArcWord, Dialect, Instruction, Speed, SpeedUnit, Termination,
 };
+use crate::rapid::RapidWords;
+use crate::reserved::is_reserved;
 
 /// Shortest wait that can be written, s.
 pub(super) const SHORTEST_WAIT: f64 = 0.01;
@@ -140,7 +142,19 @@ impl<'a> Wording<'a> {
         };
         let cooled = self.cell.cooled.as_ref();
         let cooled = cooled.ok_or_else(|| missing("cooled"))?;
-        let number = || cooled.input.ok_or_else(|| missing("cooled.input"));
+        let number = || {
+            let number = cooled.input.ok_or_else(|| missing("cooled.input"))?;
+            let (wanted, known) = match self.dialect {
+                Dialect::UrScript => ("0 to 7, a standard digital input", number <= 7),
+                _ => ("1 or more, as inputs are counted there", number > 0),
+            };
+            known.then_some(number).ok_or(BuildError::Word {
+                key: "cooled.input",
+                text: number.to_string(),
+                dialect: self.dialect.name(),
+                wanted,
+            })
+        };
         let name = || cooled.name.as_ref().ok_or_else(|| missing("cooled.name"));
         let lines = match self.dialect {
             Dialect::FanucLs => vec![format!("WAIT DI[{}]=ON", number()?)],
@@ -208,6 +222,9 @@ pub fn check_cell(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildE
             });
         }
     }
+    if let (Dialect::Rapid, Some(words)) = (dialect, cell.rapid.as_ref()) {
+        check_names(words)?;
+    }
     for s in cell.schedules.iter().filter(|s| !s.values.is_empty()) {
         let fed: Vec<f64> = s
             .values
@@ -220,6 +237,32 @@ pub fn check_cell(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildE
             return Err(BuildError::Values {
                 number: *s.number,
                 wire_feed: s.wire_feed.0,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Whether the names of an ABB's data are names there.
+fn check_names(words: &RapidWords) -> Result<(), BuildError> {
+    // ABB, Technical reference manual RAPID Overview: identifiers
+    const LONGEST: usize = 32;
+    for (key, name) in [
+        ("rapid.tool", &words.tool),
+        ("rapid.work_object", &words.work_object),
+        ("rapid.seam", &words.seam),
+    ] {
+        let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let name_of_data = name.len() <= LONGEST
+            && name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && name.chars().all(letters)
+            && !is_reserved(Dialect::Rapid, &name.to_ascii_uppercase());
+        if !name_of_data {
+            return Err(BuildError::Word {
+                key,
+                text: format!("\"{}\"", **name),
+                dialect: Dialect::Rapid.name(),
+                wanted: "a name there: at most 32 letters, digits and underscores, a letter first, and no word of RAPID",
             });
         }
     }

@@ -17,8 +17,8 @@ impl Machine<'_> {
         }
         if target.turns {
             // without the word each group goes its own way
-            let fanuc = self.programs[self.at.0].dialect == Dialect::FanucLs;
-            if fanuc && !word && before.is_some_and(|b| b != target.further) {
+            let apart = self.programs[self.at.0].dialect.tells_stations_apart();
+            if apart && !word && before.is_some_and(|b| b != target.further) {
                 self.gap(Missing::Coordinated);
             }
             return;

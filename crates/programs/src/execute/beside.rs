@@ -24,6 +24,21 @@ pub(super) struct Place {
     pub(super) tells_axes: bool,
 }
 
+impl Place {
+    /// A place that tells no external axes.
+    pub(super) fn bare(pose: Pose, by_joints: bool) -> Self {
+        Place {
+            pose,
+            own: Vec::new(),
+            slides: 0,
+            further: Vec::new(),
+            turns: false,
+            by_joints,
+            tells_axes: false,
+        }
+    }
+}
+
 /// Axes beside the arm's joints at a position.
 pub(super) struct Beside {
     /// External axes of the robot's group, mm or rad.
@@ -64,9 +79,9 @@ impl Beside {
             Some(Coordinates::Unread(_)) | None => &[],
         };
         let external = there(settings, turning, external);
-        let fanuc = program.dialect == Dialect::FanucLs;
+        let apart = program.dialect.tells_stations_apart();
         let slides = settings.slides.min(external.len());
-        let carried = !fanuc && turning.is_some_and(|t| slides + t.count == external.len());
+        let carried = !apart && turning.is_some_and(|t| slides + t.count == external.len());
         let known = settings.turning.get(&external.len());
         let turns = |axis: usize| {
             axis >= slides && (carried || known.is_some_and(|k| k.get(axis) == Some(&true)))
@@ -105,9 +120,11 @@ pub(super) fn turning<'a>(
 ) -> Option<&'a Turning> {
     let known = |t: &&Turning| match program.dialect {
         Dialect::FanucLs => t.told,
-        Dialect::Krl => krl::is_coupled(program),
+        Dialect::Krl => krl::is_coupled_to(program, t.machine),
         Dialect::Rapid => true,
-        Dialect::UrScript | Dialect::Inform | Dialect::Val3 => false,
+        // its user frame stands, whatever turns
+        Dialect::Inform => t.told && t.lines.is_some(),
+        Dialect::UrScript | Dialect::Val3 => false,
     };
     settings.positioner.as_ref().filter(known)
 }

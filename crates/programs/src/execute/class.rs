@@ -1,7 +1,8 @@
 //! What becomes of lines that are kept verbatim, before anything is known of their values.
 
 use super::effect::{Effect, effect, effect_of};
-use super::flow::is_logic;
+use super::job_lines::is_inform_logic;
+use super::logic::is_logic;
 use crate::program::Dialect;
 
 /// What becomes of a line that is kept verbatim.
@@ -18,6 +19,7 @@ pub enum Becomes {
 /// What becomes of a line.
 pub fn becomes(dialect: Dialect, text: &str) -> Becomes {
     let does = match dialect {
+        Dialect::Inform if is_inform_logic(text) => return Becomes::Executed,
         Dialect::FanucLs if is_logic(text) => return Becomes::Executed,
         Dialect::FanucLs => effect(text),
         other => effect_of(other, text),
@@ -26,6 +28,7 @@ pub fn becomes(dialect: Dialect, text: &str) -> Becomes {
         Effect::Set
         | Effect::Signal
         | Effect::Position
+        | Effect::Output
         | Effect::Frame(_)
         | Effect::Weave
         | Effect::WeaveEnd

@@ -63,7 +63,7 @@ impl Machine<'_> {
                     }
                 }
                 Unsaid::CraterFeed(words) => self.gap(Missing::CraterFeed(words)),
-                Unsaid::Phase(_) => {}
+                Unsaid::Phase(_) | Unsaid::Mode(_) => {}
             }
         }
         Ok(())
@@ -72,8 +72,10 @@ impl Machine<'_> {
     /// Tells what data say of a bead's begin or end that is not simulated.
     pub(super) fn tell_phases(&mut self) {
         for unsaid in self.unsaid() {
-            if let Unsaid::Phase(said) = unsaid {
-                self.gap(Missing::Phase(said));
+            match unsaid {
+                Unsaid::Phase(said) => self.gap(Missing::Phase(said)),
+                Unsaid::Mode(mode) => self.gap(Missing::Mode(mode)),
+                Unsaid::Crater(_) | Unsaid::CraterFeed(_) => {}
             }
         }
     }

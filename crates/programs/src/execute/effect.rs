@@ -3,7 +3,7 @@
 use super::gap::Missing;
 use crate::krl;
 use crate::modal::{Orientation, Sets};
-use crate::program::{Dialect, JOINTS_AT};
+use crate::program::{COORDINATED, Dialect, JOINTS_AT};
 use crate::rapid::harmless;
 use crate::scan::{is_variable, routine_name, strip_word};
 
@@ -13,6 +13,8 @@ pub(super) enum Effect {
     Set,
     /// Sets an output or a flag.
     Signal,
+    /// Sets an output that may lead to the source.
+    Output,
     /// Sets a position register.
     Position,
     /// Selects a frame by a value.
@@ -105,7 +107,8 @@ pub(super) fn effect(text: &str) -> Effect {
         // the end of what was told at its beginning
         "TRACK" if ends(text) => Effect::Passive,
         "CALL" | "RUN" => Effect::Shapes(Missing::Call(text.to_owned())),
-        "AO" | "GO" | "WO" | "ARC" | "WELD" => Effect::Shapes(Missing::Output(text.to_owned())),
+        "AO" | "GO" | "WO" => Effect::Output,
+        "ARC" | "WELD" => Effect::Shapes(Missing::Output(text.to_owned())),
         "UFRAME" | "UTOOL" | "OVERRIDE" | "OFFSET" | "VOFFSET" | "TOOL_OFFSET" | "TRACK"
         | "LINEAR_MAX_SPEED" | "JOINT_MAX_SPEED" | "$" => {
             Effect::Shapes(Missing::Setting(text.to_owned()))
@@ -160,7 +163,7 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             ],
         ),
         Dialect::Inform => (
-            &["DOUT", "PULSE", "MSG", "CLS", "CLEAR"],
+            &["DOUT", "PULSE", "MSG", "CLS"],
             &["WAIT", "PAUSE", "TIMER"],
         ),
         Dialect::Val3 => (
@@ -190,6 +193,7 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
             let set = krl::turns(&line)?;
             Some(Effect::Turns(set))
         }),
+        Dialect::Rapid if ["SETGO", "SETAO"].contains(&&*first_word(text)) => Some(Effect::Output),
         Dialect::Rapid => near_singularities(&line, text),
         _ => None,
     };
@@ -289,12 +293,12 @@ pub(super) fn moves_target(word: &str) -> bool {
 
 /// Words of a move that leave its path and speed as they are: the usual acceleration, orientation by the wrist.
 pub(super) fn leaves_beads(word: &str) -> bool {
-    matches!(first_word(word).as_str(), "ACC100" | "WJNT" | "PTH")
+    matches!(first_word(word).as_str(), "ACC100" | "WJNT" | "PTH" | "VJ")
 }
 
 /// The word of a move that goes with a positioner: the path in the part is the one written where the positioner stands still.
 pub(super) fn coordinated(word: &str) -> bool {
-    first_word(word) == "COORD"
+    first_word(word) == COORDINATED
 }
 
 /// The share of their speeds at which joints go in a move along a path, %, as its word says it.

@@ -3,11 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use super::effect::first_word;
+use super::logic::{Logic, logic, opens, parts, strip_label};
 use super::{Machine, ProgramError, Refusal};
 use crate::fanuc_ls::parse_instruction;
 use crate::program::Instruction;
-use crate::scan::before_last_word;
 
 /// Calls within calls that are followed.
 const DEEPEST: usize = 64;
@@ -34,89 +33,6 @@ pub(super) struct Frame {
     loops: BTreeMap<usize, (u32, f64, f64)>,
     /// Where it went back to, and with which values: a state that comes again comes again for ever.
     states: BTreeSet<(usize, u64)>,
-}
-
-/// A line of logic in its parts.
-enum Logic<'a> {
-    /// `IF condition,action`
-    If(&'a str, &'a str),
-    /// `IF (condition) THEN`
-    Then(&'a str),
-    Else,
-    EndIf,
-    /// `FOR register=from TO to`
-    For(&'a str),
-    EndFor,
-    While(&'a str),
-    EndWhile,
-    /// `SELECT value=case,action`
-    Select(&'a str),
-    /// `=case,action` or `ELSE,action` of a choice.
-    Case,
-    /// `JMP LBL[value]`
-    Jump(&'a str),
-}
-
-/// A line of logic; `None` for any other line.
-fn logic(text: &str) -> Option<Logic<'_>> {
-    let word = first_word(text);
-    let rest = text.get(word.len()..)?.trim();
-    Some(match word.as_str() {
-        "IF" => {
-            if let Some(condition) = before_last_word(rest, "THEN") {
-                Logic::Then(condition)
-            } else {
-                let (condition, action) = parts(rest)?;
-                Logic::If(condition, action)
-            }
-        }
-        "ELSE" if rest.starts_with(',') => Logic::Case,
-        "ELSE" => Logic::Else,
-        "ENDIF" => Logic::EndIf,
-        "FOR" => Logic::For(rest),
-        "ENDFOR" => Logic::EndFor,
-        "WHILE" => Logic::While(before_last_word(rest, "DO").unwrap_or(rest)),
-        "ENDWHILE" => Logic::EndWhile,
-        "SELECT" => Logic::Select(rest),
-        "=" => Logic::Case,
-        "JMP" => Logic::Jump(rest),
-        _ => return None,
-    })
-}
-
-/// Whether a line is one of logic.
-pub(super) fn is_logic(text: &str) -> bool {
-    logic(text).is_some()
-}
-
-/// What stands before and after the first comma outside brackets; where there is none, after the parenthesis that opens the text.
-fn parts(text: &str) -> Option<(&str, &str)> {
-    let mut depth = 0_i32;
-    let mut closed = None;
-    for (i, c) in text.char_indices() {
-        match c {
-            '(' | '[' => depth += 1,
-            ')' | ']' => depth -= 1,
-            ',' if depth == 0 => return Some((text[..i].trim(), text[i + 1..].trim())),
-            _ => {}
-        }
-        if c == ')' && depth == 0 && closed.is_none() && text.starts_with('(') {
-            closed = Some(i + 1);
-        }
-    }
-    let at = closed?;
-    let (condition, action) = (text[..at].trim(), text[at..].trim());
-    (!action.is_empty()).then_some((condition, action))
-}
-
-/// Whether a line begins or ends a block.
-fn opens(text: &str) -> (i32, bool) {
-    match logic(text) {
-        Some(Logic::Then(_) | Logic::For(_) | Logic::While(_)) => (1, false),
-        Some(Logic::EndIf | Logic::EndFor | Logic::EndWhile) => (-1, false),
-        Some(Logic::Else) => (0, true),
-        _ => (0, false),
-    }
 }
 
 impl Machine<'_> {
@@ -182,10 +98,18 @@ impl Machine<'_> {
         for (register, value) in &self.memory.registers {
             (register, value.to_bits()).hash(&mut state);
         }
+        for (name, value) in &self.memory.names.values {
+            (name, value.to_bits()).hash(&mut state);
+        }
         self.memory.signals.hash(&mut state);
         for (register, all) in &self.memory.positions {
             (register, all.map(|v| v.map(f64::to_bits))).hash(&mut state);
         }
+        (&self.as_told, &self.no_places).hash(&mut state);
+        self.by_output
+            .as_ref()
+            .map(|(line, _)| line)
+            .hash(&mut state);
         let arc = self.arc.as_ref().map(|(word, _)| word);
         (self.frames, arc, self.weave).hash(&mut state);
         if frame.states.insert((to, state.finish())) {
@@ -219,7 +143,9 @@ impl Machine<'_> {
         let arguments = arguments.split(',').map(|a| self.memory.number(a.trim()));
         let arguments = arguments.collect();
         let at = self.at;
+        let own = self.own_variables();
         let end = self.run(program, arguments)?;
+        self.own_again(own);
         self.at = at;
         Ok(match end {
             Flow::Abort => Flow::Abort,
@@ -380,10 +306,4 @@ impl Machine<'_> {
             };
         }
     }
-}
-
-/// What stands in the bracket of `LBL[…]`.
-fn strip_label(text: &str) -> Option<&str> {
-    let rest = text.get(..3).filter(|l| l.eq_ignore_ascii_case("LBL"))?;
-    crate::scan::bracket(&text[rest.len()..]).map(|(inner, _)| inner)
 }

@@ -29,6 +29,17 @@ pub enum Missing {
     /// A position that only the controller knows.
     #[error("the position {0} is known to the controller only: the move is left out")]
     Position(String),
+    /// A position register that nothing sets to what is known: its name, and what it hangs on that nobody tells.
+    #[error(
+        "{name} hangs on {}, which the program does not set and the cell file does not tell: the move is left out",
+        .untold.join(", ")
+    )]
+    Register {
+        /// The register.
+        name: String,
+        /// What it hangs on.
+        untold: Vec<String>,
+    },
     /// A position of a bead of which only the joints are told, or nothing.
     #[error("{0} {1}: the move is left out")]
     JointPosition(String, NoPose),
@@ -106,6 +117,16 @@ pub enum Missing {
     /// The arc stands on the crater with values of which it is not known what they feed.
     #[error("what is fed while the arc stands on the crater ({0}) is not known")]
     CraterFeed(String),
+    /// The source works in a mode of which the cell says nothing.
+    #[error(
+        "the source works in the mode {0} here, which is not the cell's: what feed and bead that gives is not known"
+    )]
+    Mode(String),
+    /// The arm may be elsewhere after a call that is passed over.
+    #[error(
+        "where {0}, which is passed over, leaves the torch is not known, nor the way on from there"
+    )]
+    Returns(String),
     /// What data say of the begin or the end of a bead.
     #[error("the bead begins or ends otherwise than it is laid here: {0}")]
     Phase(String),
@@ -132,6 +153,11 @@ pub enum Missing {
     /// A wait of unknown length with the arc on.
     #[error("the arc burns in place for a time that is not known")]
     WaitWithArc,
+    /// A jump or a call of a job that hangs on what is not known.
+    #[error(
+        "whether {0} is executed, or where it leads, hangs on values that are not known here: what follows is executed as if it were not there"
+    )]
+    Jump(String),
     /// The program ends here where a condition holds that is not followed.
     #[error("{0} ends the program here where its condition holds, which is not followed")]
     MayEnd(String),
@@ -169,6 +195,11 @@ pub enum Missing {
     /// A move along which the tool is turned by what is not followed.
     #[error("how the tool is turned along this move and at its end ({0}) is not followed")]
     Turned(String),
+    /// A point of the part goes straight to a torch that stands while the part turns: the torch goes beside the line over the part.
+    #[error(
+        "a point of the part goes straight to the torch while the part turns ({0}), so that the torch leaves the line over the part: that is not followed"
+    )]
+    Bends(String),
     /// A word of a bead's move that is not known.
     #[error("what {0} does to this bead is not known")]
     Word(String),
@@ -198,12 +229,27 @@ pub enum Open {
     Places,
 }
 
+/// Which of X, Y, Z, W, P, R a position lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lacking(pub [bool; 6]);
+
+impl std::fmt::Display for Lacking {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let names = ["X", "Y", "Z", "W", "P", "R"].into_iter().zip(self.0);
+        let names: Vec<&str> = names.filter(|(_, l)| *l).map(|(n, _)| n).collect();
+        f.write_str(&names.join(", "))
+    }
+}
+
 /// Why it is not known where a position lies of which no coordinates are told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoPose {
     /// It says nothing that can be read.
     #[error("is not taught")]
     Untaught,
+    /// It tells a place, and lacks some of its components.
+    #[error("lacks {0}")]
+    Lacks(Lacking),
     /// It tells a place without saying how the arm stands there.
     #[error("has no CONFIG, without which a FANUC takes no place")]
     NoConfig,
@@ -226,6 +272,9 @@ impl NoPose {
     fn remedy(self) -> &'static str {
         match self {
             NoPose::Untaught => "teach the position, and export the program again",
+            NoPose::Lacks(_) => {
+                "write all of X, Y, Z in mm and W, P, R in deg, or export the program again from the controller"
+            }
             NoPose::NoConfig => {
                 "write the CONFIG of the position (CONFIG : 'N U T, 0, 0, 0',), or export the program again from the controller"
             }
@@ -244,9 +293,22 @@ impl NoPose {
 }
 
 const TURN_EVENLY: &str = "let the controller turn the tool evenly to what is taught ($ORI_TYPE=#VAR and $CIRC_TYPE=#BASE, no Wjnt, SingArea\\Off, mode=0), or teach the same orientation at both ends";
+const TELL_CLOSER: &str = "tell points that lie closer where the part turns, or turn the part in a joint move in the air: halves of a move leave it by a quarter";
 const LAY_ALONG_PATHS: &str =
     "lay the bead by a move along a path (L, C, LIN, MoveL), or end the arc before the joint move";
-const TELL_PLACES: &str = "give the position in the program by place and orientation, its offset included; variables that it names must be set from numbers in the routine that moves, before it does";
+const WELD_IN_THE_MODE: &str = "weld in the mode of the cell file (program.krl.job_mode), whose beads were measured, or simulate with the cell file and the process map of that mode";
+const BRING_IT_BACK: &str = "let it leave the torch where it was called, and list it in program.returning of the cell file; or put its file beside the program";
+const THREE_POINTS: &str =
+    "give three points of a circle that are apart; a full circle takes two moves";
+const TELL_PLACES: &str = "give the position in the program by place and orientation, its offset included; variables that it names must be set from numbers in the routine that moves, before it does; what a FANUC's register PR[n] holds is told in the cell file ([[program.position_register]])";
+
+const LIST_WEAVE: &str = "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated, of KUKA and ABB zigzags without dwells, height and angle";
+const WEAVE_AS_ROBOTS: &str = "write frequency, amplitude and dwells of the weave in the program as they are on the controller, with their units";
+const TELL_VARIABLES: &str = "tell the variables that decide in the cell file (registers: name, number, value), or export the path without the jump";
+const TAKE_OUT_OR_NAME: &str = "take the line out if it does not change the beads, or write the moves that it makes; where it calls what lays no metal, name that in passed_over of the cell file";
+const TAKE_OUT: &str =
+    "take the line out if it does not change the beads, or write the moves that it makes";
+const TELL_REGISTERS: &str = "tell in the cell file what they hold before the program starts ([[program.position_register]]: number, x, y, z, w, p, r or joints; registers: number, value), or give the position in /POS";
 
 impl Missing {
     /// What it leaves open of the arm's motion.
@@ -254,6 +316,7 @@ impl Missing {
         match self {
             Missing::Schedule(_)
             | Missing::ScheduleSaid(..)
+            | Missing::Mode(_)
             | Missing::Crater(_)
             | Missing::CraterFeed(_)
             | Missing::WaitWithArc
@@ -270,13 +333,16 @@ impl Missing {
             Missing::Weave
             | Missing::WeaveBeyond(_)
             | Missing::Position(_)
+            | Missing::Register { .. }
             | Missing::Circle(_)
             | Missing::Begins
             | Missing::JointPosition(..)
             | Missing::JointBead
             | Missing::Offset(_)
             | Missing::OnTheWay(_)
+            | Missing::Returns(_)
             | Missing::Turns(_)
+            | Missing::Bends(_)
             | Missing::Termination(_)
             | Missing::Blend
             | Missing::Zone(..) => Open::Moves,
@@ -289,6 +355,7 @@ impl Missing {
             | Missing::Holds(_)
             | Missing::HoldsUnsaid(_)
             | Missing::Call(_)
+            | Missing::Jump(_)
             | Missing::MayEnd(_)
             | Missing::Setting(_)
             | Missing::Turned(_)
@@ -301,18 +368,13 @@ impl Missing {
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {
-            Missing::Weave => {
-                "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated, of KUKA and ABB zigzags without dwells, height and angle"
-            }
-            Missing::WeaveBeyond(_) => {
-                "write frequency, amplitude and dwells of the weave in the program as they are on the controller, with their units"
-            }
+            Missing::Weave => LIST_WEAVE,
+            Missing::WeaveBeyond(_) => WEAVE_AS_ROBOTS,
             Missing::JointPosition(_, why) => why.remedy(),
             Missing::JointBead => LAY_ALONG_PATHS,
             Missing::Position(_) | Missing::Offset(_) => TELL_PLACES,
-            Missing::Circle(_) => {
-                "give three points of a circle that are apart; a full circle takes two moves"
-            }
+            Missing::Register { .. } => TELL_REGISTERS,
+            Missing::Circle(_) => THREE_POINTS,
             Missing::Positioner(_) | Missing::Coordinated => {
                 "tell the positioner in the cell file ([program.positioner]; with its COORD on every move of a bead), or export the part of the program in which it stands at zero"
             }
@@ -353,6 +415,8 @@ impl Missing {
             Missing::CraterFeed(_) => {
                 "end the arc with a time alone, at what burns, or without one"
             }
+            Missing::Mode(_) => WELD_IN_THE_MODE,
+            Missing::Returns(_) => BRING_IT_BACK,
             Missing::Phase(_) => {
                 "set it to zero in the data that the weld names, or simulate the program without it"
             }
@@ -373,7 +437,7 @@ impl Missing {
             }
             Missing::WaitWithArc => "write the time, or end the arc before the wait",
             Missing::Output(_) => {
-                "list what it sets as a weld schedule in the cell file, and take the line out"
+                "tell in the cell file what it sets ([[program.output]]: name, number, value, and the schedule that it calls, or none where it shapes no metal)"
             }
             Missing::Profile(_) => {
                 "say speed (depositionspeed) and wire feed (mp:wirefeed) at each profile and nothing else that shapes beads; the job's bead stands in for what is not said"
@@ -391,12 +455,13 @@ impl Missing {
                 "take the condition out, and simulate what the program does with it and without it"
             }
             Missing::Turns(_) | Missing::Turned(_) => TURN_EVENLY,
+            Missing::Bends(_) => TELL_CLOSER,
             Missing::Value(_) => {
                 "write the numbers in their places, or set the variable in the routine that moves, from numbers"
             }
-            Missing::Setting(_) | Missing::Word(_) | Missing::Unknown(_) => {
-                "take the line out if it does not change the beads, or write the moves that it makes"
-            }
+            Missing::Jump(_) => TELL_VARIABLES,
+            Missing::Unknown(_) => TAKE_OUT_OR_NAME,
+            Missing::Setting(_) | Missing::Word(_) => TAKE_OUT,
         }
     }
 }

@@ -6,15 +6,19 @@ use crate::held::Holds;
 use crate::program::Dialect;
 
 impl Machine<'_> {
+    /// What the lines of its program say that the robot holds along the move that is executed.
+    pub(super) fn holds_here(&self) -> Option<Holds> {
+        let (program, at) = self.at;
+        let said = self.said_holds.get(program)?;
+        let before = said.partition_point(|(from, _)| *from < at);
+        let last = before.checked_sub(1).and_then(|i| said.get(i))?;
+        Some(last.1)
+    }
+
     /// What the robot holds along the move that is executed, as its program was read.
     pub(super) fn held_here(&mut self) -> Option<Holds> {
-        let (program, at) = self.at;
-        let own = self.said_holds.get(program).and_then(|said| {
-            let before = said.partition_point(|(from, _)| *from < at);
-            before
-                .checked_sub(1)
-                .and_then(|i| said.get(i).map(|(_, holds)| *holds))
-        });
+        let program = self.at.0;
+        let own = self.holds_here();
         if self.programs[program].dialect != Dialect::Krl {
             return own;
         }

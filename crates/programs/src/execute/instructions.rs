@@ -88,6 +88,7 @@ impl Machine<'_> {
                 self.set(text);
                 self.note("line-passed-over", first_word(text));
             }
+            Effect::Output => self.set_output(text),
             Effect::Position => self.set_position(text),
             Effect::Passive
             | Effect::Stops
@@ -113,6 +114,22 @@ impl Machine<'_> {
             }
             return Ok(Flow::Next);
         }
+        let word = first_word(text);
+        // of scripts and data lists every line begins with a word of its own
+        let calls = matches!(dialect, Dialect::Rapid | Dialect::Inform);
+        if calls && self.settings.passed_over.contains(&word) {
+            self.call_outside(&word);
+            return Ok(Flow::Next);
+        }
+        if self.programs[self.at.0].passes.contains(&self.at.1) {
+            self.note("line-passed-over", word);
+            return Ok(Flow::Next);
+        }
+        if dialect == Dialect::Inform
+            && let Some(flow) = self.job_logic(text)?
+        {
+            return Ok(flow);
+        }
         // frames are numbered as they are set
         if self.programs[self.at.0].said_frames.sets(self.at.1) {
             return Ok(Flow::Next);
@@ -124,7 +141,13 @@ impl Machine<'_> {
             Effect::Wait | Effect::Pause => self.stand(text),
             Effect::Interrupts(name) => self.interrupts(&name, text),
             Effect::Turns(set) => self.set_to(&set),
-            Effect::Shapes(why) => self.gap(why),
+            Effect::Shapes(why) => {
+                if dialect == Dialect::Inform {
+                    self.forget_variables(text);
+                }
+                self.gap(why);
+            }
+            Effect::Output => self.set_named_output(text),
             Effect::Weave => self.begin_weave(text),
             Effect::WeaveEnd => self.weave = None,
             Effect::Stops if self.arc.is_some() && !self.goes_on() => self.wait(0.0)?,
@@ -223,10 +246,19 @@ impl Machine<'_> {
     /// Passes over a call of a program that was not given.
     pub(super) fn call_outside(&mut self, name: &str) {
         let name = name.to_ascii_uppercase();
+        let passed_over = self.settings.passed_over.contains(&name);
+        if passed_over && self.settings.returning.contains(&name) {
+            self.note("call-passed-over", name);
+            return;
+        }
         self.here = None;
-        if self.settings.passed_over.contains(&name) {
+        if passed_over {
+            self.leaves_out(Missing::Returns(name.clone()));
             self.note("call-passed-over", name);
         } else {
+            if self.programs[self.at.0].dialect == Dialect::Inform {
+                self.forget_variables("");
+            }
             self.gap(Missing::Call(name));
         }
     }

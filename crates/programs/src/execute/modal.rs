@@ -24,6 +24,11 @@ impl Machine<'_> {
             Sets::Distance(distance) => self.now.distance = Said::As(*distance),
             Sets::Orientation(orientation) => self.now.orientation = *orientation,
             Sets::Round(round) => self.now.round = *round,
+            Sets::Turning(which, limit) => {
+                if let Some(held) = self.now.turning.get_mut(*which) {
+                    *held = Some(*limit);
+                }
+            }
             Sets::Usual if self.now.orientation == Orientation::Kept => {
                 self.now.orientation = Orientation::Free;
             }
@@ -86,13 +91,19 @@ impl Machine<'_> {
             _ => motion.termination.clone(),
         };
         let speed = speed.unwrap_or_else(|| motion.speed.clone());
-        let same = speed == motion.speed
+        let limits = now.turning.into_iter().flatten();
+        let turns = limits.fold(motion.turns, |least, limit| {
+            Some(least.map_or(limit, |least| least.min(limit)))
+        });
+        let same = turns == motion.turns
+            && speed == motion.speed
             && *acceleration == motion.acceleration
             && ends == motion.termination;
         if same {
             return Cow::Borrowed(motion);
         }
         Cow::Owned(MotionInstruction {
+            turns,
             speed,
             acceleration: acceleration.clone(),
             termination: ends,

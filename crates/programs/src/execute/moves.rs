@@ -10,10 +10,10 @@ use super::effect::{
 };
 use super::path::Came;
 use super::{
-    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
-    Refusal,
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Lacking, Machine, Missing, NoPose,
+    ProgramError, Refusal,
 };
-use crate::fanuc_ls::{lacks_config, other_unit};
+use crate::fanuc_ls::{lacking, lacks_config, other_unit};
 use crate::orientation::pose;
 use crate::positioner::turned_back;
 use crate::program::{
@@ -37,17 +37,7 @@ impl Machine<'_> {
                 if let Some(index) = self.indirect(text) {
                     index
                 } else {
-                    let place = self.register_pose(text).map(|pose| Place {
-                        pose,
-                        own: Vec::new(),
-                        slides: 0,
-                        further: Vec::new(),
-                        turns: false,
-                        by_joints: false,
-                        tells_axes: false,
-                    });
-                    let name = text.trim_end_matches('?');
-                    return Ok(place.ok_or_else(|| Missing::Position(name.to_owned())));
+                    return self.register_place(text);
                 }
             }
         };
@@ -60,7 +50,7 @@ impl Machine<'_> {
             self.gap(Missing::Positioner(*group));
         }
         let lines = turning(settings, program).and_then(|t| t.lines.as_ref());
-        let lines = lines.filter(|_| program.dialect == Dialect::FanucLs);
+        let lines = lines.filter(|_| program.dialect.tells_stations_apart());
         let found = match position.robot().map(|group| (group, &group.coordinates)) {
             Some((
                 group,
@@ -85,7 +75,11 @@ impl Machine<'_> {
             }
             Some((_, Coordinates::Unread(text))) if other_unit(text) => Err(NoPose::Unit),
             Some((_, Coordinates::Unread(text))) if lacks_config(text) => Err(NoPose::NoConfig),
-            Some((_, Coordinates::Unread(_))) | None => Err(NoPose::Untaught),
+            Some((_, Coordinates::Unread(text))) => Err(match lacking(text) {
+                Some(which) => NoPose::Lacks(Lacking(which)),
+                None => NoPose::Untaught,
+            }),
+            None => Err(NoPose::Untaught),
         };
         let (pose, by_joints) = match found {
             Ok(found) => found,
@@ -149,18 +143,28 @@ impl Machine<'_> {
             return Ok(());
         }
         // a controller moves to a position only in the frames it was taught in: they are selected where no line tells
-        self.frames.0 = self.frames.0.or(group.frame);
-        self.frames.1 = self.frames.1.or(group.tool);
+        let name = program.name_of(index);
+        self.in_frames(&name, (group.frame, group.tool))
+    }
+
+    /// Selects the frames that a position is told in where no line did, or refuses it where others are selected.
+    pub(super) fn in_frames(
+        &mut self,
+        name: &str,
+        (frame, tool): (Option<u32>, Option<u32>),
+    ) -> Result<(), ProgramError> {
+        self.frames.0 = self.frames.0.or(frame);
+        self.frames.1 = self.frames.1.or(tool);
         let pairs = [
-            ("user frame", group.frame, self.frames.0),
-            ("tool frame", group.tool, self.frames.1),
+            ("user frame", frame, self.frames.0),
+            ("tool frame", tool, self.frames.1),
         ];
         for (what, taught, selected) in pairs {
             if let (Some(taught), Some(selected)) = (taught, selected)
                 && taught != selected
             {
                 return Err(self.refuse(Refusal::OtherFrame {
-                    name: program.name_of(index),
+                    name: name.to_owned(),
                     what,
                     taught,
                     selected,
@@ -364,6 +368,8 @@ impl Machine<'_> {
         let here = target.pose;
         let frames = self.told_in(frames, via.iter_mut().chain([&mut target]));
         self.turn(motion, &mut target, frames);
+        let on_way = via.as_ref().map(|via| via.pose.position);
+        self.look_at_bend(motion, (&target, on_way), frames);
         self.tell_axes(motion, &target);
         let round = via.is_some();
         let kind = match (&motion.kind, via) {

@@ -3,7 +3,8 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::Machine;
+use super::beside::Place;
+use super::{Machine, Missing, NoPose, ProgramError};
 use crate::expression::Elements;
 use crate::orientation::pose;
 use crate::program::Coordinates;
@@ -31,29 +32,93 @@ impl Machine<'_> {
             .split_once('=')
             .map(|(left, right)| (register(left), right.trim()));
         let Some((Some((inner, "")), right)) = sides else {
-            self.memory.positions.clear();
+            self.forget_positions();
             return;
         };
         if let Some((number, element)) = inner.split_once(',') {
             let place = self.memory.index(number).zip(self.memory.index(element));
             let value = self.memory.number(right);
             match place {
+                // of joints this is one, not a coordinate
+                Some((number, _)) if self.may_hold_joints(number) => {
+                    self.as_told.remove(&number);
+                    self.no_places.insert(number);
+                }
                 Some((number, element @ 1..=6)) => {
                     let all = self.memory.positions.entry(number).or_default();
                     all[element as usize - 1] = value;
                 }
-                _ => self.memory.positions.clear(),
+                _ => self.forget_positions(),
             }
             return;
         }
         let Some(number) = self.memory.index(inner) else {
-            self.memory.positions.clear();
+            self.forget_positions();
             return;
         };
-        match self.elements(right) {
-            Some(all) => drop(self.memory.positions.insert(number, all)),
-            None => drop(self.memory.positions.remove(&number)),
+        let copied = register(right).and_then(|(inner, rest)| {
+            let told = *self.as_told.get(&self.memory.index(inner)?)?;
+            // joints are none after sums
+            (rest.is_empty() || self.settings.positions.get(&told)?.joints.is_none())
+                .then_some(told)
+        });
+        match copied {
+            Some(told) => drop(self.as_told.insert(number, told)),
+            None => drop(self.as_told.remove(&number)),
         }
+        if let Some(all) = self.elements(right) {
+            self.memory.positions.insert(number, all);
+            self.no_places.remove(&number);
+        } else {
+            self.memory.positions.remove(&number);
+            self.no_places.insert(number);
+        }
+    }
+
+    /// Any of them may be another.
+    fn forget_positions(&mut self) {
+        self.memory.positions.clear();
+        self.as_told.clear();
+    }
+
+    /// Whether a register holds joints, or was set to what may be some.
+    fn may_hold_joints(&self, number: u32) -> bool {
+        if self.no_places.contains(&number) {
+            return true;
+        }
+        let told = self.as_told.get(&number);
+        let told = told.and_then(|told| self.settings.positions.get(told));
+        told.is_some_and(|told| told.joints.is_some())
+    }
+
+    /// Where `PR[1]` leads, in the frames that are selected; what is missing where it is not known here.
+    pub(super) fn register_place(
+        &mut self,
+        text: &str,
+    ) -> Result<Result<Place, Missing>, ProgramError> {
+        let number = register(text).filter(|(_, rest)| rest.is_empty());
+        let number = number.and_then(|(inner, _)| self.memory.index(inner));
+        let of_told = number.and_then(|n| self.as_told.get(&n)).copied();
+        let told = of_told.and_then(|n| self.settings.positions.get(&n));
+        if told.is_some_and(|told| told.joints.is_some()) {
+            let pose = of_told.and_then(|n| self.settings.register_poses.get(&n));
+            let pose = pose.copied().unwrap_or(Err(NoPose::NoRobot));
+            let named = |why| Missing::JointPosition(text.to_owned(), why);
+            return Ok(pose.map(|pose| Place::bare(pose, true)).map_err(named));
+        }
+        let Some(pose) = self.register_pose(text) else {
+            let name = text.trim_end_matches('?').to_owned();
+            let untold = number.map_or_else(Vec::new, |n| self.untold_of(&format!("PR[{n}]")));
+            return Ok(Err(if untold.iter().all(|u| *u == name) {
+                Missing::Position(name)
+            } else {
+                Missing::Register { name, untold }
+            }));
+        };
+        if let Some(frames) = told.map(|told| told.frames) {
+            self.in_frames(text, frames)?;
+        }
+        Ok(Ok(Place::bare(pose, false)))
     }
 
     /// `PR[2]`, sums and differences of them, `P[3]`, `LPOS`.

@@ -2,7 +2,7 @@
 
 /// Why programs cannot be executed here.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{program}, line {line}: {why}; {}", .why.remedy())]
+#[error("{program}, line {line}: {why}{}; {}", also(.untold), .why.remedy())]
 pub struct ProgramError {
     /// Program.
     pub program: String,
@@ -10,6 +10,17 @@ pub struct ProgramError {
     pub line: u32,
     /// What is wrong.
     pub why: Refusal,
+    /// Where a condition is not known: all registers and signals that conditions of the programs hang on and nobody tells.
+    pub untold: Vec<String>,
+}
+
+/// What else has to be told, in words.
+fn also(untold: &[String]) -> String {
+    if untold.is_empty() {
+        return String::new();
+    }
+    let names = untold.join(", ");
+    format!("; all that conditions of these programs hang on and nobody tells: {names}")
 }
 
 /// What is wrong with an instruction.
@@ -66,7 +77,7 @@ impl Refusal {
             Refusal::NoProgram => "give at least one",
             Refusal::Loop(_) => "export one round of the program, without the loop around it",
             Refusal::Condition(_) => {
-                "give the registers that decide it in the cell file (registers), or export the path without the surrounding logic"
+                "give the registers and signals in the cell file (registers, [[program.position_register]], [[program.signal]]), or export the path without the surrounding logic"
             }
             Refusal::Unpaired => "pair IF … THEN with ENDIF, FOR with ENDFOR, WHILE with ENDWHILE",
             Refusal::Label(_) => "correct the jump or add the label",

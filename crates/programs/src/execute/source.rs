@@ -42,7 +42,7 @@ impl Machine<'_> {
         match word.action {
             ArcAction::Start => {
                 let same = |(on, _): &(String, Source)| *on == word.arguments;
-                if self.arc.as_ref().is_some_and(same) {
+                if self.by_output.is_none() && self.arc.as_ref().is_some_and(same) {
                     // the values that burn are set again
                     return Ok(());
                 }
@@ -50,7 +50,19 @@ impl Machine<'_> {
                 self.comments.uses(used.and_then(|p| self.memory.index(p)));
                 let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
                 let set = self.set_by(word.style, &values);
-                let source = set.source();
+                let mut source = set.source();
+                if let Some((line, called)) = &self.by_output {
+                    let line = line.clone();
+                    let by_output = Source {
+                        wire_feed: Some(called.wire_feed),
+                        speed: called.speed,
+                    };
+                    if source.wire_feed.is_some() && source != by_output {
+                        let why = format!("{line} has set the source to another schedule before");
+                        self.gap(Missing::ScheduleSaid(word.to_string(), why));
+                    }
+                    source = by_output;
+                }
                 if source.wire_feed.is_none() {
                     // behind a name whose value the controller alone knows stands a mark
                     let word = word.to_string().replace('?', "");
@@ -125,7 +137,7 @@ impl Machine<'_> {
     }
 
     /// What a schedule of a procedure sets: as the cell's table has it, else as comments say it; and why they do not.
-    fn scheduled(
+    pub(super) fn scheduled(
         &self,
         procedure: Option<u32>,
         number: u32,

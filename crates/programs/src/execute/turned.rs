@@ -1,17 +1,21 @@
 //! How the tool is turned along moves by a path that lead it otherwise than from how it is turned at the begin to what is taught at the end: it keeps
 //! its turn (KUKA's `#CONSTANT`), or the controller leads the wrist (`#JOINT`, `Wjnt`, `SingArea\Wrist`) or turns it with the path.
 
-use meltpath_geometry::math::DQuat;
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DQuat, DVec3};
 
 use super::beside::Place;
 use super::effect::first_word;
 use super::path::Came;
 use super::{Executed, Machine, Missing};
+use crate::held::Holds;
 use crate::modal::{Orientation, Round};
 use crate::program::{Dialect, MotionInstruction, MotionKind};
 
 /// Orientations that are nearer are one, °: programs write their three angles to a thousandth.
 const SAME: f64 = 0.01;
+/// Beside a line by no more is on it, mm: as far as frames of a program and those that are checked may lie apart.
+const BESIDE: f64 = 0.1;
 
 impl Machine<'_> {
     /// Turns the tool at the end of a move as the controller does, and tells where that is not followed.
@@ -50,6 +54,40 @@ impl Machine<'_> {
         }
     }
 
+    /// Tells a move along which the torch leaves the line over a part that is led to it point by point: by no more than a quarter of its length
+    /// times the angle by which the part turns.
+    pub(super) fn look_at_bend(
+        &mut self,
+        motion: &MotionInstruction,
+        (end, via): (&Place, Option<DVec3>),
+        frames: (u32, u32),
+    ) {
+        let leads_points = self.programs[self.at.0].dialect == Dialect::Val3;
+        if !leads_points || motion.kind == MotionKind::Joint || end.by_joints {
+            return;
+        }
+        let (Some(Holds::Part), Some(turned), Some(begin)) = (
+            self.holds_here(),
+            self.turned_at_begin(frames),
+            self.last_target(),
+        ) else {
+            return;
+        };
+        let to = end.pose.position;
+        let via = via.unwrap_or(to);
+        let length = begin.position.distance(via) + via.distance(to);
+        let angle = turned.angle_between(end.pose.orientation);
+        if 0.25 * length * angle <= BESIDE {
+            return;
+        }
+        let how = format!("by {:.1} deg over {length:.1} mm", angle.to_degrees());
+        if self.arc.is_some() {
+            self.gap(Missing::Bends(how));
+        } else {
+            self.leaves_out(Missing::Bends(how));
+        }
+    }
+
     /// How the tool is turned where a move begins that leads through these frames; nothing where that is not known in them.
     fn turned_at_begin(&self, frames: (u32, u32)) -> Option<DQuat> {
         let here = (self.at.0, frames);
@@ -64,9 +102,14 @@ impl Machine<'_> {
 
     /// How the tool is turned at the end of the last move.
     fn last_move(&self) -> Option<DQuat> {
+        self.last_target().map(|pose| pose.orientation)
+    }
+
+    /// Where the last move led to.
+    fn last_target(&self) -> Option<Pose> {
         let mut before = self.executed.iter().rev();
         before.find_map(|step| match step {
-            Executed::Motion(m) => Some(m.target.orientation),
+            Executed::Motion(m) => Some(m.target),
             Executed::Wait { .. } => None,
         })
     }

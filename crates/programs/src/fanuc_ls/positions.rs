@@ -173,6 +173,14 @@ pub(crate) fn lacks_config(text: &str) -> bool {
     !said && matches!(coordinates(&all), Some(Coordinates::Cartesian { .. }))
 }
 
+/// Which of X, Y, Z, W, P, R a group lacks that was not read and tells others of them.
+pub(crate) fn lacking(text: &str) -> Option<[bool; 6]> {
+    let all = entries(text);
+    let lacks = ["X", "Y", "Z", "W", "P", "R"]
+        .map(|name| !all.iter().any(|(key, _)| key.eq_ignore_ascii_case(name)));
+    (lacks.contains(&true) && lacks.contains(&false)).then_some(lacks)
+}
+
 /// The position as `/POS` holds it.
 pub(super) fn write(text: &mut String, position: &Position) {
     let comment = position.comment.as_ref();

@@ -2,21 +2,27 @@
 
 use super::motion::{Line, NO_LEVEL, Path, line as motion_line};
 use super::positions::{Entry, Table};
+use super::pulses::Pulses;
 use super::times::{self, Stands};
 use super::words::InformWords;
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
-    ArcAction, ArcWord, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef,
-    Termination, Unsaid,
+    ArcAction, ArcWord, COORDINATED, Coordinates, Dialect, Group, Instruction, MotionInstruction,
+    MotionKind, PositionRef, Termination, Unsaid,
 };
 use crate::scan::{duration, strip_prefix, strip_word, word};
 
-/// Reads a job; `words` say what zones mean and what switches the arc.
+/// Reads a job; `words` say what zones mean and what switches the arc, `pulses` where base axis and station stand. Moves that name positions of
+/// either are kept and told where their pulses are not known.
 ///
 /// # Errors
 /// [`ParseError`] where the text is no job, or the job does not end.
-pub fn read(bytes: &[u8], words: Option<&InformWords>) -> Result<Vec<Parsed>, ParseError> {
+pub fn read(
+    bytes: &[u8],
+    words: Option<&InformWords>,
+    pulses: &Pulses,
+) -> Result<Vec<Parsed>, ParseError> {
     let text = decoded(bytes);
     let lines: Vec<&str> = trimmed(&text).collect();
     if !lines.iter().any(|l| l.eq_ignore_ascii_case("/JOB")) {
@@ -28,7 +34,8 @@ pub fn read(bytes: &[u8], words: Option<&InformWords>) -> Result<Vec<Parsed>, Pa
     let mut reader = Reader {
         out: Collected::new(Dialect::Inform, ""),
         words,
-        table: Table::default(),
+        group: pulses.group,
+        table: Table::new(pulses.clone()),
         section: Section::Head,
         arc: None,
         round: Vec::new(),
@@ -67,6 +74,8 @@ struct Round {
 struct Reader<'w> {
     out: Collected,
     words: Option<&'w InformWords>,
+    /// Number of the station's group.
+    group: u32,
     table: Table,
     section: Section,
     /// The values of the arc that is on.
@@ -108,7 +117,7 @@ impl Reader<'_> {
             return 1;
         }
         let motion = motion_line(line, self.words);
-        let found = motion.and_then(|m| Some((self.table.get(&m.target)?.clone(), m)));
+        let found = motion.and_then(|m| Some((self.table.get(&m.names)?, m)));
         if let Some((entry, line)) = found {
             self.motion(entry, line);
             return 1;
@@ -151,14 +160,27 @@ impl Reader<'_> {
         let round = matches!(kind, MotionKind::Circular { .. });
         let target = self.place(&entry);
         self.last = Some((entry, round));
+        let coordinated = line.coordinated.then(|| COORDINATED.to_owned());
         self.out.push(Instruction::Motion(MotionInstruction {
-            extra: line.extra,
+            extra: coordinated.into_iter().chain(line.extra).collect(),
             ..MotionInstruction::plain(kind, target, line.speed, line.termination)
         }));
     }
 
     fn place(&mut self, entry: &Entry) -> PositionRef {
-        self.out.place(entry.0.clone(), entry.1)
+        let place = self.out.place(entry.coordinates.clone(), entry.frames);
+        if let (false, Some(position)) = (
+            entry.station.is_empty(),
+            self.out.program.positions.last_mut(),
+        ) {
+            position.groups.push(Group {
+                number: self.group,
+                frame: entry.frames.0,
+                tool: entry.frames.1,
+                coordinates: Coordinates::Joint(entry.station.clone()),
+            });
+        }
+        place
     }
 
     /// Three circular moves are a circle; the first of them goes straight to where it begins, if the tool is not there.

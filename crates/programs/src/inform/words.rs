@@ -21,6 +21,12 @@ table! {
         source: String => required;
         /// The robot's control group.
         group: String => default("RB1", "the first robot");
+        /// The group of the base axis that carries it (`program.track`).
+        base_group: String => default("BS1", "the first base");
+        /// The group of the station that turns the part (`program.positioner`).
+        station_group: String => default("ST1", "the first station");
+        /// Pulses a degree of the arm's axes S, L, U, R, B, T, below zero where they count the other way than the robot's file: by these positions in pulses are read, of jobs of others.
+        pulses_per_degree: [f64; 6] => none("such positions are told, not simulated");
         /// How far before a corner the path is left with `PL=1`, `PL=2`…: parameters of the controller.
         zones: Many<Length, 1, 8> where positive => required;
         /// Unit of `V=`.

@@ -2,18 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use super::motion::NO_LEVEL;
-use super::positions::{Entry, Written};
+use super::motion::{NO_LEVEL, STATION};
+use super::positions::{Entry, Names, Written};
+use super::pulses::Pulses;
 use super::times;
 use super::words::InformWords;
 use crate::program::{
-    ArcAction, ArcWord, Instruction, MotionInstruction, MotionKind, PositionRef, Program, Speed,
-    SpeedUnit, Termination,
+    ArcAction, ArcWord, COORDINATED, Coordinates, Instruction, MotionInstruction, MotionKind,
+    Position, PositionRef, Program, Speed, SpeedUnit, Termination,
 };
 use crate::template::UNFILLED;
 use crate::written::{
     ENDING, GOES_ON, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, TextFile, WEAVE, WriteError, fixed,
-    robot_places, short,
+    short,
 };
 
 /// Longest wait of one `TIMER`, s.
@@ -23,16 +24,20 @@ const DAY: f64 = 86_400.0;
 /// A job carries the time of its making; ours are the same whenever they are made.
 const DATE: &str = "///DATE 2000/01/01 00:00";
 
-/// The job of a program, with `\n` line ends: 1 µm and 0.0001°.
+/// The job of a program, with `\n` line ends: 1 µm and 0.0001°; base axis and station in whole pulses.
 ///
 /// # Errors
 /// [`WriteError`] where a number is not finite, or INFORM has no words for something.
-pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, WriteError> {
+pub fn write(
+    program: &Program,
+    words: &InformWords,
+    pulses: &Pulses,
+) -> Result<Vec<TextFile>, WriteError> {
     let mut writer = Writer {
         out: Lines::new(program, "")?,
         words,
-        places: robot_places(program, |g| (g.coordinates.clone(), (g.frame, g.tool))),
-        positions: Written::default(),
+        places: program.positions.iter().filter_map(entry).collect(),
+        positions: Written::new(pulses.clone()),
         burns: false,
         last: None,
         skip: false,
@@ -79,8 +84,17 @@ struct Writer<'a> {
 impl Writer<'_> {
     /// What stands before the instructions: the job moves with its user frame.
     fn head(&self) -> Vec<String> {
-        let user = self.places.values().find_map(|e| e.1.0).filter(|n| *n > 0);
-        let group = format!("///GROUP1 {}", *self.words.group);
+        let users = self.places.values().find_map(|e| e.frames.0);
+        let user = users.filter(|n| *n > 0);
+        let (base, station) = self.positions.tells();
+        let base = if base {
+            format!(",{}", *self.words.base_group)
+        } else {
+            String::new()
+        };
+        let group = format!("///GROUP1 {}{base}", *self.words.group);
+        let station = station.then(|| format!("///GROUP2 {}", *self.words.station_group));
+        let groups = std::iter::once(group).chain(station).collect();
         let attributes = match user {
             Some(number) => vec![
                 "///ATTR SC,RW,RJ".to_owned(),
@@ -88,7 +102,7 @@ impl Writer<'_> {
             ],
             None => vec!["///ATTR SC,RW".to_owned()],
         };
-        [vec![DATE.to_owned()], attributes, vec![group]].concat()
+        [vec![DATE.to_owned()], attributes, groups].concat()
     }
 
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
@@ -189,13 +203,46 @@ impl Writer<'_> {
     }
 
     /// A name of its own for this use of a position.
-    fn name(&mut self, entry: &Entry) -> Result<String, WriteError> {
+    fn names(&mut self, entry: &Entry) -> Result<Names, WriteError> {
         self.positions.add(entry).ok_or_else(|| {
             self.out.no_words((
-                "a position of which the arm's way to stand (RCONF) is not known",
+                "a position of which the arm's way to stand (RCONF), or the pulses of base axis or station, are not known",
                 NAME_THE_ROBOT,
             ))
         })
+    }
+
+    /// One move to a position that gets names of its own, with speed and what follows.
+    fn move_to(
+        &mut self,
+        verb: &str,
+        entry: &Entry,
+        (speed, rest): (&str, &str),
+        motion: &MotionInstruction,
+    ) -> Result<(), WriteError> {
+        let Names {
+            robot,
+            base,
+            station,
+        } = self.names(entry)?;
+        let base = base.map(|name| format!(" {name}")).unwrap_or_default();
+        let coordinated = motion.extra.iter().any(|w| w == COORDINATED);
+        let (with, led) = match station {
+            None => ("", String::new()),
+            Some(name) if coordinated => ("S", format!(" {STATION} {name}")),
+            Some(name) => {
+                let said = motion.extra.iter().find(|w| w.starts_with(SHARE));
+                let share = match said {
+                    Some(word) => format!(" {word}"),
+                    None if verb == "MOVJ" => speed.to_owned(),
+                    None => String::new(),
+                };
+                ("", format!(" {STATION} {name}{share}"))
+            }
+        };
+        self.out
+            .line(&format!("{with}{verb} {robot}{base}{speed}{rest}{led}"));
+        Ok(())
     }
 
     fn motion(&mut self, motion: &MotionInstruction) -> Result<(), WriteError> {
@@ -213,7 +260,9 @@ impl Writer<'_> {
                 return Err(self.out.no_words(ENDING));
             }
         };
-        let words = motion.extra.iter().map(|w| format!(" {w}"));
+        // said with the station
+        let apart = |w: &&String| *w != COORDINATED && !w.starts_with(SHARE);
+        let words = motion.extra.iter().filter(apart).map(|w| format!(" {w}"));
         let rest = format!("{ending}{}", words.collect::<String>());
         let verb = match &motion.kind {
             MotionKind::Joint => "MOVJ",
@@ -223,20 +272,18 @@ impl Writer<'_> {
             MotionKind::Circular { .. } if self.last.is_none() && !self.burns => "MOVL",
             MotionKind::Circular { via } => {
                 let via = self.entry(via)?;
-                self.circle_begins(&speed)?;
-                let via = self.name(&via)?;
-                self.out.line(&format!("MOVC {via}{speed}"));
+                self.circle_begins(&speed, motion)?;
+                self.move_to("MOVC", &via, (&speed, ""), motion)?;
                 "MOVC"
             }
         };
-        let name = self.name(&to)?;
-        self.out.line(&format!("{verb} {name}{speed}{rest}"));
+        self.move_to(verb, &to, (&speed, &rest), motion)?;
         self.last = Some((to, verb == "MOVC"));
         Ok(())
     }
 
     /// The first point of a circle is where the tool is.
-    fn circle_begins(&mut self, speed: &str) -> Result<(), WriteError> {
+    fn circle_begins(&mut self, speed: &str, motion: &MotionInstruction) -> Result<(), WriteError> {
         let Some((from, round)) = self.last.clone() else {
             return Err(self
                 .out
@@ -244,8 +291,7 @@ impl Writer<'_> {
         };
         for verb in ["MOVL", "MOVC"] {
             if verb == "MOVC" || round {
-                let name = self.name(&from)?;
-                self.out.line(&format!("{verb} {name}{speed}"));
+                self.move_to(verb, &from, (speed, ""), motion)?;
             }
         }
         Ok(())
@@ -270,6 +316,25 @@ impl Writer<'_> {
     }
 }
 
+/// How the share begins that a station's axes have of their speeds.
+const SHARE: &str = "VJ=";
+
+/// A position by its number, where the arm's place is known.
+fn entry(position: &Position) -> Option<(u32, Entry)> {
+    let robot = position.robot()?;
+    let further = position.groups.iter().find(|g| g.number != 1);
+    let station = match further.map(|g| &g.coordinates) {
+        Some(Coordinates::Joint(axes)) => axes.clone(),
+        _ => Vec::new(),
+    };
+    let entry = Entry {
+        coordinates: robot.coordinates.clone(),
+        frames: (robot.frame, robot.tool),
+        station,
+    };
+    Some((position.index, entry))
+}
+
 /// Whether two times have the same digits in a job, s.
 fn same_time(a: f64, b: f64) -> bool {
     (a - b).abs() < 5e-3
@@ -279,7 +344,8 @@ fn same_time(a: f64, b: f64) -> bool {
 fn names_position(text: &str) -> bool {
     let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
     words.any(|w| {
-        let number = w.strip_prefix(['C', 'c']).unwrap_or_default();
+        let arm = w.strip_prefix(['B', 'E', 'b', 'e']).unwrap_or(w);
+        let number = arm.strip_prefix(['C', 'c']).unwrap_or_default();
         !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
     })
 }

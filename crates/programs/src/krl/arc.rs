@@ -196,6 +196,15 @@ pub(super) fn crater(text: &str, values: usize) -> Option<Crater> {
     })
 }
 
+/// The first mode of the source that a declaration sets and that is not the cell's.
+pub(super) fn other_mode(text: &str, own: &str) -> Option<String> {
+    let all = fields(text)?;
+    let groups = ["Strike", "Weld", "Crater"].into_iter();
+    let modes = groups.filter_map(|name| text_of(group_of(&all, name)?, "JobModeId"));
+    let mut others = modes.filter(|mode| !mode.trim().eq_ignore_ascii_case(own));
+    others.next()
+}
+
 /// What the advanced part of a declaration switches on.
 pub(super) fn advanced(text: &str) -> Advanced {
     let all = fields(text).unwrap_or_default();

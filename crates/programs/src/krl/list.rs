@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::arc::{Advanced, Crater, WeldData, advanced, crater, weld_data};
+use super::arc::{Advanced, Crater, WeldData, advanced, crater, other_mode, weld_data};
 use super::data::{coordinates, fields, number_of, place, text_of};
 use super::entries::{Listed, set};
 use super::words::WeaveAmplitude;
@@ -12,8 +12,16 @@ use crate::parsed::trimmed;
 use crate::program::Coordinates;
 use crate::scan::{strip_word, uncommented};
 
-/// How many channels mean something, and what the amplitude of a weave is.
-pub(super) type Told = (usize, Option<WeaveAmplitude>);
+/// What the cell says of ArcTech.
+#[derive(Clone, Copy)]
+pub(super) struct Told<'a> {
+    /// How many channels mean something.
+    pub(super) values: usize,
+    /// What the amplitude of a weave is.
+    pub(super) amplitude: Option<WeaveAmplitude>,
+    /// In which mode the source works.
+    pub(super) job_mode: Option<&'a str>,
+}
 
 /// What the data list says.
 #[derive(Default)]
@@ -34,6 +42,8 @@ pub(super) struct List {
     /// How the arc ends by these.
     pub(super) craters: BTreeMap<String, Crater>,
     pub(super) advanced: BTreeMap<String, Advanced>,
+    /// Modes of the source that these set and the cell does not have.
+    pub(super) modes: BTreeMap<String, String>,
     /// Entries of the controller's tables of frames that it sets.
     pub(super) entries: Vec<Listed>,
     pub(super) rest: Vec<(u32, String)>,
@@ -83,7 +93,7 @@ pub(super) fn capital(name: &str) -> String {
 }
 
 /// Reads a data list.
-pub(super) fn list(text: &str, told: Told) -> List {
+pub(super) fn list(text: &str, told: Told<'_>) -> List {
     let mut list = List::default();
     for (line, n) in trimmed(text).zip(1..) {
         let plain = line.is_empty() || line.starts_with([';', '&']);
@@ -106,7 +116,7 @@ pub(super) fn list(text: &str, told: Told) -> List {
 }
 
 /// Takes in a declaration; nothing where it is of another kind, or does not read.
-fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()> {
+fn declared(list: &mut List, line: &str, told: Told<'_>) -> Option<()> {
     let rest = strip_word(line, "DECL").unwrap_or(line).trim_start();
     let rest = strip_word(rest, "GLOBAL").unwrap_or(rest).trim_start();
     let (kind, rest) = rest.split_once(char::is_whitespace)?;
@@ -136,11 +146,14 @@ fn declared(list: &mut List, line: &str, (values, amplitude): Told) -> Option<()
             list.distances.insert(name, number_of(&all, "APO_DIST")?);
         }
         "STARCDAT_T" => {
-            let found = crater(value, values);
+            let found = crater(value, told.values);
             list.craters
                 .extend(found.map(|crater| (name.clone(), crater)));
             list.advanced.insert(name.clone(), advanced(value));
-            match weld_data(value, values, amplitude) {
+            if let Some(mode) = told.job_mode.and_then(|own| other_mode(value, own)) {
+                list.modes.insert(name.clone(), mode);
+            }
+            match weld_data(value, told.values, told.amplitude) {
                 Some(weld) => drop(list.welds.insert(name, weld)),
                 // the seam's data lay no metal; a strike or a crater alone says no weld
                 None => drop(fields(value)?),

@@ -7,22 +7,22 @@ use meltpath_toolpath::Weave;
 use super::arc::{Form, WeldData};
 use super::data::turned_round;
 use super::entries::{Entry, Listed, entry};
-use super::list::{List, capital, holds, list};
+use super::list::{List, Told, capital, holds, list};
 use super::tables::{self, Tables};
 use super::variables::{Krl, constants};
-use super::words::WeaveAmplitude;
+use super::words::KrlWords;
 use crate::acceleration::Acceleration;
 use crate::collected::Collected;
 use crate::held::Holds;
-use crate::modal::SetSpeed;
+use crate::modal::{SetSpeed, Sets};
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{Coordinates, Dialect, Instruction, Section};
 use crate::said_frames::{SetFrame, Which};
-use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, uncommented};
+use crate::scan::{bracket, finite, number, routine_name, strip_prefix, strip_word, uncommented};
 use crate::unrolled::{Statement, unrolled};
 
 /// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `arc_values` is how many
-/// of ArcTech's channels mean something in this cell, `amplitude` what that of a weave is.
+/// of ArcTech's channels mean something in this cell, `words` what else it says of ArcTech.
 ///
 /// # Errors
 /// [`ParseError`] where no routine begins, or one does not end.
@@ -30,9 +30,13 @@ pub fn read(
     source: &[u8],
     data: Option<&[u8]>,
     arc_values: usize,
-    amplitude: Option<WeaveAmplitude>,
+    words: Option<&KrlWords>,
 ) -> Result<Vec<Parsed>, ParseError> {
-    let told = (arc_values, amplitude);
+    let told = Told {
+        values: arc_values,
+        amplitude: words.and_then(|w| *w.weave_amplitude),
+        job_mode: words.map(|w| w.job_mode.as_str()),
+    };
     let list = data.map_or_else(List::default, |data| list(&decoded(data), told));
     let text = decoded(source);
     let lines: Vec<&str> = trimmed(&text).collect();
@@ -44,6 +48,7 @@ pub fn read(
         done: Vec::new(),
         open: None,
         application: Vec::new(),
+        misnamed: None,
     };
     let constants = constants(&list, &code);
     let mut at = 0;
@@ -71,6 +76,9 @@ pub fn read(
             line: lines.len() as u32,
             wanted: "END",
         });
+    }
+    if let Some((line, name)) = reader.misnamed {
+        return Err(ParseError::Name { line, name });
     }
     if reader.done.is_empty() {
         return Err(ParseError::Other {
@@ -151,6 +159,8 @@ struct Reader<'a> {
     done: Vec<Collected>,
     open: Option<Routine<'a>>,
     application: Vec<String>,
+    /// The first routine whose name is none, and its line.
+    misnamed: Option<(u32, String)>,
 }
 
 impl Reader<'_> {
@@ -175,6 +185,9 @@ impl Reader<'_> {
                     weave: None,
                     acceleration: None,
                 });
+            } else if let Some(name) = strip_word(header, "DEF") {
+                let name = name.split('(').next().unwrap_or_default().trim();
+                self.misnamed.get_or_insert((n, name.to_owned()));
             } else if line.starts_with('&') && self.done.is_empty() {
                 self.application.push(line.to_owned());
             }
@@ -246,6 +259,12 @@ impl Routine<'_> {
     fn sets(&mut self, line: &str, list: &List) -> Option<()> {
         if let Some(value) = assigned(line, "$VEL.CP") {
             self.velocity(value, list);
+            return Some(());
+        }
+        let turning = ["$VEL.ORI1", "$VEL.ORI2"].map(|name| assigned(line, name));
+        if let Some((which, value)) = (0..).zip(turning).find_map(|(i, v)| Some((i, v?))) {
+            let limit = finite(value).filter(|limit| *limit > 0.0)?;
+            self.says(Sets::Turning(which, limit));
             return Some(());
         }
         if let Some(value) = assigned(line, "$APO.CDIS") {

@@ -34,7 +34,8 @@ impl Routine<'_> {
             let unsaid = phase(said.off);
             return ends(list.craters.get(&name), (before, &name), unsaid);
         }
-        let unsaid = phase(said.on);
+        let mut unsaid = phase(said.on);
+        unsaid.extend(list.modes.get(&name).cloned().map(Unsaid::Mode));
         let Some(weld) = list.welds.get(&name) else {
             // the weld goes on with data that nobody gave
             return Switched {

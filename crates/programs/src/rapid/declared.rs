@@ -1,6 +1,6 @@
 //! What a module declares: targets, speeds, zones, weld data, weaves, and where tools and work objects lie.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
@@ -26,13 +26,61 @@ pub(super) struct Declared {
     pub(super) zigzags: BTreeMap<String, Zigzag>,
     tools: BTreeMap<String, Lies>,
     objects: BTreeMap<String, Lies>,
+    /// The kind of each name that is declared; nothing where it is declared as two.
+    kinds: BTreeMap<String, Option<String>>,
     /// Constant numbers.
     pub(super) numbers: BTreeMap<String, f64>,
     /// Tools and objects whose places are no plain numbers: line and text of their declarations.
     pub(super) unread: BTreeMap<String, (u32, String)>,
 }
 
+/// Kinds of data that no move and no source is told by.
+const APART: [&str; 13] = [
+    "bool",
+    "string",
+    "iodev",
+    "clock",
+    "errnum",
+    "intnum",
+    "btnres",
+    "errstr",
+    "rawbytes",
+    "socketdev",
+    "tpnum",
+    "listitem",
+    "btndata",
+];
+
 impl Declared {
+    /// The names that are declared as `bool` alone.
+    pub(super) fn truths(&self) -> BTreeSet<String> {
+        let kinds = self.kinds.iter();
+        let truths = kinds.filter(|(_, kind)| kind.as_deref() == Some("bool"));
+        truths.map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Whether a statement declares or sets what moves, sources and their data are not made of: texts, files, truths, clocks. What hangs on them is
+    /// told where it stands.
+    pub(super) fn lays_nothing(&self, text: &str) -> bool {
+        // a function may do anything
+        let outside: String = text.split('"').step_by(2).collect();
+        if outside.contains('(') {
+            return false;
+        }
+        let declares = ["VAR", "CONST", "PERS"]
+            .iter()
+            .find_map(|w| strip_word(text, w));
+        let kind = if let Some(rest) = declares {
+            Some(identifier(rest.trim_start()).0.to_ascii_lowercase())
+        } else {
+            let (name, rest) = identifier(text);
+            let known = self.kinds.get(&name.to_ascii_lowercase());
+            let sets = rest.trim_start().starts_with(":=");
+            known.filter(|_| sets).cloned().flatten()
+        };
+        kind.is_some_and(|kind| APART.contains(&&*kind))
+    }
+
     /// Where a tool and an object lie, as far as the module says it; the controller's own lie at flange and base.
     pub(super) fn lie(&self, [tool, object]: [&str; 2]) -> [Option<Lies>; 2] {
         let lies = |known: &BTreeMap<String, Lies>, name: &str, (own, held)| {
@@ -84,6 +132,14 @@ pub(super) fn declared(known: &mut Declared, s: &Statement, values: usize) -> Op
     let (kind, rest) = rest.split_once(char::is_whitespace)?;
     let (name, text) = rest.split_once(":=").unwrap_or((rest, ""));
     let name = name.trim().to_ascii_lowercase();
+    let other = Some(kind.to_ascii_lowercase());
+    let said = known
+        .kinds
+        .entry(name.clone())
+        .or_insert_with(|| other.clone());
+    if *said != other {
+        *said = None;
+    }
     let value = data::value(text).map(|value| value.with(&known.numbers));
     let value = value.as_ref();
     let framed = value.is_some_and(data::says_places);

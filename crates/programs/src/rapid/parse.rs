@@ -8,6 +8,7 @@ use super::data::{self, Value, WeldData};
 use super::declared::{Declared, declared, displaced, is_pose};
 use super::statements::{Statement, statements};
 use super::variables;
+use super::variants::{Variants, has_parameters};
 use crate::collected::Collected;
 use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, decoded};
@@ -45,6 +46,7 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
         .map(|s| declared(&mut known, s, arc_values) == Some(true))
         .collect();
     let constants = variables::constants(&known.numbers, &all);
+    let mut variants = Variants::of(&all);
     let mut at = 0;
     while let Some(s) = all.get(at) {
         let outside = reader.open.is_none() && reader.skipped.is_none();
@@ -60,8 +62,13 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
                 .next();
             let body = body.unwrap_or_default();
             at += body.len();
+            let given = has_parameters(&s.text);
             for s in variables::run_through(&known, &constants, (&s.text, body)) {
-                reader.statement(&s, &known);
+                if given {
+                    reader.statement(&s, &known);
+                } else {
+                    reader.executed(&s, &known, &mut variants);
+                }
             }
         }
     }
@@ -72,6 +79,20 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
             wanted: "ENDPROC",
         });
     }
+    while let Some(variant) = variants.waiting.pop_front() {
+        reader.open = Some(Routine::new(&variant.name));
+        for s in variables::run_through(&known, &constants, ("", &variant.body)) {
+            reader.executed(&s, &known, &mut variants);
+        }
+        reader.done.extend(reader.open.take());
+    }
+    // what is called with arguments is run with them alone
+    let copied = |r: &Routine| {
+        variants
+            .copied
+            .contains(&r.out.program.name.to_ascii_lowercase())
+    };
+    reader.done.retain(|r| !copied(r));
     let lines: Vec<&str> = text.lines().collect();
     let done = reader.done.into_iter();
     let mut parsed: Vec<Parsed> = done.map(|r| r.out.finish(&lines)).collect();
@@ -117,6 +138,16 @@ struct Reader {
 }
 
 impl Reader {
+    /// A statement of a routine that was run through: one that calls a routine with arguments runs a copy of it.
+    fn executed(&mut self, s: &Statement, known: &Declared, variants: &mut Variants<'_>) {
+        if let (Some(routine), Some(name)) = (&mut self.open, variants.called(&s.text)) {
+            routine.out.line = s.line;
+            routine.out.call(&name, "");
+            return;
+        }
+        self.statement(s, known);
+    }
+
     fn statement(&mut self, s: &Statement, known: &Declared) {
         let text = s.text.as_str();
         if let Some(end) = self.skipped {
@@ -128,18 +159,7 @@ impl Reader {
         let Some(routine) = &mut self.open else {
             let head = strip_word(text, "LOCAL").map_or(text, str::trim_start);
             if let Some(name) = strip_word(head, "PROC").and_then(routine_name) {
-                self.open = Some(Routine {
-                    out: Collected::new(Dialect::Rapid, name),
-                    tools: Vec::new(),
-                    objects: Vec::new(),
-                    used: BTreeMap::new(),
-                    arc: None,
-                    seam: None,
-                    weave: None,
-                    bind: [true; 2],
-                    monitored: true,
-                    holds: None,
-                });
+                self.open = Some(Routine::new(name));
                 return;
             }
             let pieces = [
@@ -231,12 +251,31 @@ fn speed_of(known: Option<f64>, (path, lays): (Path, bool), words: &str) -> Spee
 }
 
 impl Routine {
+    fn new(name: &str) -> Self {
+        Routine {
+            out: Collected::new(Dialect::Rapid, name),
+            tools: Vec::new(),
+            objects: Vec::new(),
+            used: BTreeMap::new(),
+            arc: None,
+            seam: None,
+            weave: None,
+            bind: [true; 2],
+            monitored: true,
+            holds: None,
+        }
+    }
+
     fn statement(&mut self, text: &str, known: &Declared) {
         if let Some(comment) = text.strip_prefix('!') {
             return self.out.remark(comment);
         }
         if self.acts(text, known).is_none() {
-            self.out.keep(text);
+            if known.lays_nothing(text) {
+                self.out.pass(text);
+            } else {
+                self.out.keep(text);
+            }
         }
     }
 

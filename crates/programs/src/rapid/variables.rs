@@ -1,6 +1,6 @@
 //! What statements of RAPID do to variables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::data;
 use super::declared::{Declared, displaced};
@@ -141,6 +141,10 @@ impl Language for Rapid<'_> {
             .and_then(numbers)
     }
 
+    fn truths(&self) -> BTreeSet<String> {
+        self.0.truths()
+    }
+
     fn spelling(&self) -> Spelling {
         Spelling::AnyCase
     }
@@ -168,12 +172,20 @@ fn counts(text: &str) -> Option<Step<'_>> {
 /// `num h:=2`, which is 0 where nothing is said, or `robtarget p:=…`.
 fn declares(text: &str) -> Option<Step<'_>> {
     let number = strip_word(text, "num");
-    let rest = number.or_else(|| strip_word(text, "robtarget"))?;
+    let truth = strip_word(text, "bool");
+    let rest = number.or(truth).or_else(|| strip_word(text, "robtarget"))?;
     let (name, value) = match rest.split_once(":=") {
         Some((name, value)) => (name.trim(), Some(value.trim())),
+        None if truth.is_some() => (rest.trim(), Some("FALSE")),
         None => (rest.trim(), number.map(|_| "0")),
     };
     is_variable(name).then_some(Step::Declare(name, value))
+}
+
+/// A plain truth value, as a number.
+fn truth_of(text: &str) -> Option<f64> {
+    let is = |word: &str| text.trim().eq_ignore_ascii_case(word);
+    is("TRUE").then_some(1.0).or(is("FALSE").then_some(0.0))
 }
 
 /// The numbers of a target.
@@ -236,11 +248,14 @@ pub(super) fn constants(known: &BTreeMap<String, f64>, all: &[Statement]) -> BTr
             .iter()
             .find_map(|w| strip_word(&statement.text, w));
         let (word, rest) = identifier(rest.unwrap_or(&statement.text).trim_start());
-        if !matches!(word.to_ascii_uppercase().as_str(), "VAR" | "PERS") {
+        let truth = strip_word(rest.trim(), "bool").is_some();
+        let word = word.to_ascii_uppercase();
+        let holds = matches!(word.as_str(), "VAR" | "PERS") || (truth && word == "CONST");
+        if !holds {
             continue;
         }
         if let Some(Step::Declare(name, Some(value))) = declares(rest.trim())
-            && let Some(value) = finite(value)
+            && let Some(value) = finite(value).or_else(|| truth_of(value).filter(|_| truth))
             && !sets(name)
         {
             constants.insert(name.to_ascii_lowercase(), value);

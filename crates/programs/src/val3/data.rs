@@ -24,6 +24,10 @@ const CONFIG: [(&str, [&str; 2]); 3] = [
     ("elbow", ["epositive", "enegative"]),
     ("wrist", ["wpositive", "wnegative"]),
 ];
+/// The torch that stands, a frame of the world, and the part that the robot holds, a tool in the flange.
+pub(super) const TORCH: &str = "fTorch";
+/// See [`TORCH`].
+pub(super) const PART: &str = "tHeld";
 /// A limit that limits nothing.
 const NO_LIMIT: &str = "9999";
 
@@ -177,6 +181,20 @@ impl Data {
         ))
     }
 
+    /// Where a tool lies in the part, of those that stand for its points while the robot holds it.
+    pub(super) fn held(&self, reference: &str) -> Option<Coordinates> {
+        let said = self.value(reference, "tool")?;
+        let father = said.get("fatherId").map(|name| whole(name));
+        father.filter(|name| name == PART)?;
+        let [x, y, z, rx, ry, rz] = numbers(said, ["x", "y", "z", "rx", "ry", "rz"])?;
+        Some(Coordinates::Cartesian {
+            config: String::new(),
+            xyz: [x, y, z],
+            wpr_degrees: wpr_of_xyz([rx, ry, rz])?,
+            external: Vec::new(),
+        })
+    }
+
     /// Where joints stand.
     pub(super) fn joints(&self, reference: &str) -> Option<Coordinates> {
         let said = self.value(reference, "jointRx")?;
@@ -234,9 +252,73 @@ pub(super) struct Written {
     pub(super) points: Vec<String>,
     pub(super) joints: Vec<String>,
     pub(super) descriptors: Vec<String>,
+    /// The torch in the part, where that moves it: tools of the part.
+    pub(super) tools: Vec<String>,
+}
+
+/// Six numbers of a place, mm and deg.
+fn six(position: [f64; 3], wpr_degrees: [f64; 3]) -> String {
+    let [x, y, z] = position.map(|v| fixed(v, 3));
+    let [rx, ry, rz] = xyz_of_wpr(wpr_degrees).map(|v| short(v, 8));
+    format!("x=\"{x}\" y=\"{y}\" z=\"{z}\" rx=\"{rx}\" ry=\"{ry}\" rz=\"{rz}\"")
+}
+
+/// How the arm stands, behind the numbers of a place.
+fn standing(config: &str) -> String {
+    let mut text = String::new();
+    if !config.is_empty() {
+        for ((key, _), word) in CONFIG.iter().zip(config.split(',')) {
+            // writing to a String cannot fail
+            let _ = write!(text, " {key}=\"{}\"", escape(word.trim()));
+        }
+    }
+    text
 }
 
 impl Written {
+    /// The tool by which the part is led to the torch, and the point that it is led to: the torch itself, or where the tool is while the torch
+    /// is at `via` of the part. Nothing for a place that has no words.
+    pub(super) fn held(
+        &mut self,
+        to: &Coordinates,
+        via: Option<&Coordinates>,
+    ) -> Option<(String, String)> {
+        let pose = |place: &Coordinates| match place {
+            Coordinates::Cartesian {
+                config,
+                xyz,
+                wpr_degrees,
+                external,
+            } if external.is_empty() => Some((config.clone(), *xyz, *wpr_degrees)),
+            _ => None,
+        };
+        let (mut config, xyz, wpr) = pose(to)?;
+        let tool = six(xyz, wpr) + &format!(" fatherId=\"{PART}[0]\"");
+        let mut point = Pose::IDENTITY;
+        if let Some(via) = via {
+            let (of_via, at, turned) = pose(via)?;
+            config = of_via;
+            let via = orientation::pose(DVec3::from_array(at), turned);
+            let to = orientation::pose(DVec3::from_array(xyz), wpr);
+            point = via.inverse().then(to);
+        }
+        let turned = point.wpr().to_array().map(f64::to_degrees);
+        let point = six(point.position.to_array(), turned)
+            + &standing(&config)
+            + &format!(" fatherId=\"{TORCH}[0]\"");
+        let names = [
+            ("tPart", &mut self.tools, tool),
+            ("pMove", &mut self.points, point),
+        ];
+        let [tool, point] = names.map(|(name, all, text)| {
+            if all.last() != Some(&text) {
+                all.push(text);
+            }
+            format!("{name}[{}]", all.len() - 1)
+        });
+        Some((point, tool))
+    }
+
     /// The name of a place; nothing for one that has no words.
     pub(super) fn place(&mut self, coordinates: &Coordinates) -> Option<String> {
         match coordinates {
@@ -246,17 +328,7 @@ impl Written {
                 wpr_degrees,
                 external,
             } if external.is_empty() => {
-                let [x, y, z] = xyz.map(|v| fixed(v, 3));
-                let [rx, ry, rz] = xyz_of_wpr(*wpr_degrees).map(|v| short(v, 8));
-                let mut text =
-                    format!("x=\"{x}\" y=\"{y}\" z=\"{z}\" rx=\"{rx}\" ry=\"{ry}\" rz=\"{rz}\"");
-                if !config.is_empty() {
-                    for ((key, _), word) in CONFIG.iter().zip(config.split(',')) {
-                        // writing to a String cannot fail
-                        let _ = write!(text, " {key}=\"{}\"", escape(word.trim()));
-                    }
-                }
-                text += " fatherId=\"fPart[0]\"";
+                let text = six(*xyz, *wpr_degrees) + &standing(config) + " fatherId=\"fPart[0]\"";
                 // neighbours at most: a plan does not come back to a point, and a search would take long
                 if self.points.last() != Some(&text) {
                     self.points.push(text);
@@ -289,15 +361,15 @@ impl Written {
         Some(format!("mMove[{}]", indexed(&mut self.descriptors, text)))
     }
 
-    /// The file.
-    pub(super) fn file(&self, words: &Val3Words) -> String {
+    /// The file; of a torch that stands, or of one that the robot holds.
+    pub(super) fn file(&self, words: &Val3Words, stands: bool) -> String {
         let frame = |at: &[meltpath_base::Length; 3], turned: &[meltpath_base::Angle; 3]| {
             let [x, y, z] = at.map(|v| short(v.0, 3));
             let [rx, ry, rz] = turned.map(|v| short(v.0.to_degrees(), 4));
             format!("x=\"{x}\" y=\"{y}\" z=\"{z}\" rx=\"{rx}\" ry=\"{ry}\" rz=\"{rz}\"")
         };
-        let part = frame(&words.part_position, &words.part_angles) + " fatherId=\"world[0]\"";
-        let tool = frame(&words.tool_position, &words.tool_angles) + " fatherId=\"flange[0]\"";
+        let part = frame(&words.part_position, &words.part_angles);
+        let torch = frame(&words.tool_position, &words.tool_angles);
         let mut text = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
             <Database xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xmlns=\"http://www.staubli.com/robotics/VAL3/Data/2\">\n  <Datas>\n"
             .to_owned();
@@ -316,8 +388,15 @@ impl Written {
             }
             text += "    </Data>\n";
         };
-        data("fPart", "frame", &[part]);
-        data("tTorch", "tool", &[tool]);
+        let [in_world, in_flange] = if stands {
+            [(TORCH, torch), (PART, part)]
+        } else {
+            [("fPart", part), ("tTorch", torch)]
+        };
+        let in_father = |at: &str, father: &str| format!("{at} fatherId=\"{father}[0]\"");
+        data(in_world.0, "frame", &[in_father(&in_world.1, "world")]);
+        data(in_flange.0, "tool", &[in_father(&in_flange.1, "flange")]);
+        data("tPart", "tool", &self.tools);
         for output in words.outputs.iter() {
             let value = match output.link.as_ref() {
                 Some(link) => format!("link=\"{}\"", escape(link.as_str())),

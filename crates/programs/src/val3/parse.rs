@@ -1,14 +1,21 @@
 //! A program from VAL3. Never panics; what it does not know it keeps and lists.
 
-use super::data::{Data, Descriptor, whole};
+use super::data::{Data, Descriptor, PART, TORCH, whole};
 use super::words::Val3Words;
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
 use crate::acceleration::Acceleration;
 use crate::collected::Collected;
 use crate::collected::indexed;
+use crate::held::Holds;
+use crate::orientation;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
-    Dialect, Instruction, JOINTS_AT, MotionKind, PositionRef, Speed, TOOL, Termination, USER_FRAME,
+    Coordinates, Dialect, Instruction, JOINTS_AT, MotionKind, PositionRef, Speed, TOOL,
+    Termination, USER_FRAME,
 };
+use crate::said_frames::Which;
 use crate::scan::{called, duration, first_word, routine_name, strip_word, tidy};
 
 /// Reads a program with the data of its project; `words` say what switches the arc.
@@ -38,6 +45,7 @@ pub fn read(
         },
         frames: Vec::new(),
         tools: Vec::new(),
+        holds: Holds::Torch,
         arc: None,
         queued: false,
         waited: false,
@@ -79,6 +87,8 @@ struct Reader<'w> {
     /// Frames and tools by their number.
     frames: Vec<String>,
     tools: Vec<String>,
+    /// What the robot held along the last move.
+    holds: Holds,
     /// The values of the arc that is on.
     arc: Option<String>,
     /// Moves were told that may not have ended.
@@ -170,26 +180,92 @@ impl Reader<'_> {
         let [via, to, tool, how] = all[..] else {
             return None;
         };
+        self.hold(to, tool);
         let via = self.place(via, tool);
         self.motion(MotionKind::Circular { via }, to, tool, how)
     }
 
-    fn place(&mut self, reference: &str, tool: &str) -> PositionRef {
-        let of_tool = numbered(&mut self.tools, tool);
-        self.out.program.name_frame(TOOL, of_tool, &whole(tool));
-        match self.data.frame(tool, "tool") {
-            Ok(pose) => drop(self.out.program.said_frames.tool.insert(of_tool, pose)),
+    /// The torch in the part, where a move leads a point of the part that is held to a torch that stands: a tool in [`PART`] to a point of
+    /// [`TORCH`].
+    fn held(&self, reference: &str, tool: &str) -> Option<Coordinates> {
+        let (point, frame) = self.data.point(reference)?;
+        let mut place = self.data.held(tool).filter(|_| whole(&frame) == TORCH)?;
+        let pose = |xyz: [f64; 3], wpr| orientation::pose(DVec3::from_array(xyz), wpr);
+        if let (
+            Coordinates::Cartesian {
+                config: of_point,
+                xyz: to,
+                wpr_degrees: turned,
+                ..
+            },
+            Coordinates::Cartesian {
+                config,
+                xyz,
+                wpr_degrees,
+                ..
+            },
+        ) = (point, &mut place)
+        {
+            *config = of_point;
+            if (to, turned) != ([0.0; 3], [0.0; 3]) {
+                let torch: Pose = pose(*xyz, *wpr_degrees).then(pose(to, turned).inverse());
+                *xyz = torch.position.to_array();
+                *wpr_degrees = torch.wpr().to_array().map(f64::to_degrees);
+            }
+        }
+        Some(place)
+    }
+
+    /// What the robot holds along a move, told where that changes.
+    fn hold(&mut self, to: &str, tool: &str) {
+        let of_part = whole(tool) == PART && self.data.joints(to).is_some();
+        let holds = if of_part || self.held(to, tool).is_some() {
+            Holds::Part
+        } else {
+            Holds::Torch
+        };
+        if std::mem::replace(&mut self.holds, holds) != holds {
+            self.out.push(Instruction::Holds(holds));
+        }
+    }
+
+    /// A frame that moves are made in, which lies where `pose` says.
+    fn lies(&mut self, which: Which, name: &str, pose: Result<Pose, String>) -> u32 {
+        let (all, kind) = match which {
+            Which::User => (&mut self.frames, USER_FRAME),
+            Which::Tool => (&mut self.tools, TOOL),
+        };
+        let number = numbered(all, name);
+        self.out.program.name_frame(kind, number, &whole(name));
+        match pose {
+            Ok(pose) => drop(
+                self.out
+                    .program
+                    .said_frames
+                    .of_mut(which)
+                    .insert(number, pose),
+            ),
             Err(why) => self.unread(why),
         }
+        number
+    }
+
+    fn place(&mut self, reference: &str, tool: &str) -> PositionRef {
+        if let Some(place) = self.held(reference, tool) {
+            // the part in the flange, the torch in the world
+            let part = self.data.frame(PART, "tool");
+            let torch = self.data.frame(TORCH, "frame");
+            let frames = (
+                Some(self.lies(Which::User, PART, part)),
+                Some(self.lies(Which::Tool, TORCH, torch)),
+            );
+            return self.out.place(place, frames);
+        }
+        let lies = self.data.frame(tool, "tool");
+        let of_tool = self.lies(Which::Tool, tool, lies);
         if let Some((place, frame)) = self.data.point(reference) {
-            let of_frame = numbered(&mut self.frames, &frame);
-            self.out
-                .program
-                .name_frame(USER_FRAME, of_frame, &whole(&frame));
-            match self.data.frame(&frame, "frame") {
-                Ok(pose) => drop(self.out.program.said_frames.user.insert(of_frame, pose)),
-                Err(why) => self.unread(why),
-            }
+            let lies = self.data.frame(&frame, "frame");
+            let of_frame = self.lies(Which::User, &frame, lies);
             return self.out.place(place, (Some(of_frame), Some(of_tool)));
         }
         match self.data.joints(reference) {
@@ -218,6 +294,7 @@ impl Reader<'_> {
             self.stopped();
         }
         self.queued = true;
+        self.hold(to, tool);
         let target = self.place(to, tool);
         if kind == MotionKind::Joint {
             let speed = Speed::share(share);

@@ -19,11 +19,11 @@ table! {
     pub struct Val3Words {
         /// Who says so: the controller's frames, tools and outputs.
         source: String => required;
-        /// Where the part lies in the world: x, y, z.
+        /// Where the part lies in the world, in the flange where the robot holds it: x, y, z.
         part_position: [Length; 3] => required;
         /// How it is turned: rx, ry, rz, as the controller shows them.
         part_angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "not turned");
-        /// The wire tip in the flange, at the nominal contact-tube distance: x, y, z.
+        /// The wire tip in the flange, in the world where the torch stands, at the nominal contact-tube distance: x, y, z.
         tool_position: [Length; 3] => required;
         /// How the torch is turned: rx, ry, rz, as the controller shows them; its z points along the wire towards the work.
         tool_angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "not turned");

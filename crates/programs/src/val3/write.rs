@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use quick_xml::escape::escape;
 
-use super::data::{Descriptor, Written};
+use super::data::{Descriptor, PART, Written};
 use super::words::Val3Words;
+use crate::held::Holds;
 use crate::program::{
     ArcWord, Coordinates, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
     SpeedUnit, Termination,
@@ -21,6 +22,11 @@ const FREE: f64 = 99_999.0;
 /// The words of a cell are those of one part and one torch.
 const OTHER_FRAME: NoWords = (
     "a second user frame or tool",
+    "write the moves of each as a program of its own",
+);
+/// A project has the words of one arrangement.
+const HOLDS: NoWords = (
+    "moves with the torch on the robot beside those with the part on it",
     "write the moves of each as a program of its own",
 );
 /// What joint moves ask for besides.
@@ -39,6 +45,8 @@ pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, Writ
         frames: robot_places(program, |g| (g.frame, g.tool)),
         first: (None, None),
         data: Written::default(),
+        holds: Holds::Torch,
+        moves: None,
         queued: false,
         calls: false,
     };
@@ -56,7 +64,10 @@ pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, Writ
     };
     Ok(vec![
         file("*.pgx", code(name, &writer.out.text)),
-        file("*.dtx", writer.data.file(words)),
+        file(
+            "*.dtx",
+            writer.data.file(words, writer.moves == Some(Holds::Part)),
+        ),
         file("*.pjx", project(name)),
         file(
             "start.pgx",
@@ -97,6 +108,9 @@ struct Writer<'a> {
     frames: BTreeMap<u32, (Option<u32>, Option<u32>)>,
     first: (Option<u32>, Option<u32>),
     data: Written,
+    /// What the robot holds, as the program says it, and along all moves so far.
+    holds: Holds,
+    moves: Option<Holds>,
     /// Moves were told that may not have ended.
     queued: bool,
     /// A program is called next.
@@ -137,10 +151,11 @@ impl Writer<'_> {
                 self.line(&format!("delay({})", short(*seconds, 3)))
             }
             // points and moves name theirs
-            Instruction::UserFrame(_)
-            | Instruction::ToolFrame(_)
-            | Instruction::Holds(_)
-            | Instruction::Blank => Ok(()),
+            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => Ok(()),
+            Instruction::Holds(holds) => {
+                self.holds = *holds;
+                Ok(())
+            }
             Instruction::Call { program, .. } => {
                 // its outputs act at once, and moves of its own may be left behind it
                 self.stop()?;
@@ -168,7 +183,8 @@ impl Writer<'_> {
         lines.iter().try_for_each(|line| self.line(line))
     }
 
-    fn name(&mut self, reference: &PositionRef) -> Result<String, WriteError> {
+    /// The coordinates of a position, in the frames of all others.
+    fn place(&mut self, reference: &PositionRef) -> Result<Coordinates, WriteError> {
         let index = match reference {
             PositionRef::Point { index, .. } => Some(index),
             PositionRef::Unresolved(_) => None,
@@ -182,8 +198,44 @@ impl Writer<'_> {
             }
         }
         let found = index.and_then(|i| self.places.get(i));
-        let name = found.and_then(|place| self.data.place(place));
-        name.ok_or_else(|| self.out.no_words(NO_PLACE))
+        found.cloned().ok_or_else(|| self.out.no_words(NO_PLACE))
+    }
+
+    /// What a move names: the point on the way of a circle, where it ends, and the tool.
+    fn names(
+        &mut self,
+        motion: &MotionInstruction,
+    ) -> Result<(Option<String>, String, String), WriteError> {
+        if *self.moves.get_or_insert(self.holds) != self.holds {
+            return Err(self.out.no_words(HOLDS));
+        }
+        let via = match &motion.kind {
+            MotionKind::Circular { via } => Some(self.place(via)?),
+            _ => None,
+        };
+        let to = self.place(&motion.target)?;
+        let named = if self.holds == Holds::Part && !matches!(to, Coordinates::Joint(_)) {
+            let via = via.map(|via| self.data.held(&to, Some(&via)));
+            let end = self.data.held(&to, None);
+            match (via, end) {
+                (None, Some((end, tool))) => Some((None, end, tool)),
+                (Some(Some((via, _))), Some((end, tool))) => Some((Some(via), end, tool)),
+                _ => None,
+            }
+        } else {
+            let via = via.map(|via| self.data.place(&via));
+            let tool = match self.holds {
+                Holds::Part => PART,
+                _ => "tTorch",
+            };
+            let end = self.data.place(&to);
+            match (via, end) {
+                (None, Some(end)) => Some((None, end, tool.to_owned())),
+                (Some(Some(via)), Some(end)) => Some((Some(via), end, tool.to_owned())),
+                _ => None,
+            }
+        };
+        named.ok_or_else(|| self.out.no_words(NO_PLACE))
     }
 
     fn motion(&mut self, motion: &MotionInstruction) -> Result<String, WriteError> {
@@ -212,17 +264,18 @@ impl Writer<'_> {
             termination,
         };
         let verb = match &motion.kind {
-            MotionKind::Joint => "movej(".to_owned(),
-            MotionKind::Linear => "movel(".to_owned(),
-            MotionKind::Circular { via } => format!("movec({},", self.name(via)?),
+            MotionKind::Joint => "movej",
+            MotionKind::Linear => "movel",
+            MotionKind::Circular { .. } => "movec",
             MotionKind::CircleArc => {
                 return Err(self.out.no_words(THREE_MOVES));
             }
         };
-        let to = self.name(&motion.target)?;
+        let (via, to, tool) = self.names(motion)?;
+        let via = via.map(|via| format!("{via},")).unwrap_or_default();
         let Some(how) = self.data.descriptor(&how) else {
             return Err(self.out.no_words(ENDING));
         };
-        Ok(format!("{verb}{to},tTorch,{how})"))
+        Ok(format!("{verb}({via}{to},{tool},{how})"))
     }
 }

@@ -349,6 +349,13 @@ fn row(heading: &Heading, text: &str, line: usize) -> Result<Row, String> {
             heading.columns
         ));
     }
+    if all.len() < heading.columns {
+        return Err(format!(
+            "{} fields under a heading of {}: what a vector leaves unsaid stays blank between its separators; or the file was cut off here",
+            all.len(),
+            heading.columns
+        ));
+    }
     let fields = Fields(heading.at.map(|at| {
         at.and_then(|k| all.get(k).copied())
             .filter(|f| !f.is_empty())

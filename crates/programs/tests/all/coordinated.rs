@@ -3,7 +3,7 @@
 use meltpath_base::{Reporter, settings as files};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::positioner::{Positioner, UserFrame};
-use meltpath_programs::program::{Coordinates, Instruction, Program};
+use meltpath_programs::program::{Axis, Coordinates, Instruction, Program};
 use meltpath_programs::{CellProgramming, Dialect, Missing, build, dialect, read_toolpath};
 use meltpath_toolpath::{Layer, Move, Role, Toolpath};
 use proptest::prelude::*;
@@ -21,8 +21,8 @@ fn cell(user_frame: UserFrame) -> CellProgramming {
 source = "test"
 unit = "STN1"
 axis = [
-    { origin = ["0 mm", "0 mm", "-200 mm"], direction = [1, 0, 0] },
-    { origin = ["0 mm", "0 mm", "0 mm"], direction = [0, 0, 2] },
+    { origin = ["0 mm", "0 mm", "-200 mm"], direction = [1, 0, 0], pulses_per_degree = 1019.7 },
+    { origin = ["0 mm", "0 mm", "0 mm"], direction = [0, 0, 2], pulses_per_degree = -1333.3 },
 ]
 "#;
     let mut positioner: Positioner = files::peek(text, &["it"]).unwrap().unwrap();
@@ -52,6 +52,8 @@ fn golden_coordinated_programs() {
         let (_, text) = text_of(&plan(), &cell(UserFrame::Part), dialect);
         insta::assert_snapshot!(format!("coordinated_{dialect:?}"), text);
     }
+    let (_, text) = text_of(&plan(), &cell(UserFrame::Base), Dialect::Inform);
+    insta::assert_snapshot!("coordinated_Inform", text);
 }
 
 #[test]
@@ -91,7 +93,7 @@ fn what_a_coordinated_program_needs_is_asked_for() {
     for dialect in SPOKEN {
         assert!(told(&still, dialect).contains("write program.positioner"));
     }
-    for dialect in [Dialect::UrScript, Dialect::Inform, Dialect::Val3] {
+    for dialect in [Dialect::UrScript, Dialect::Val3] {
         let told = told(&cell(UserFrame::Part), dialect);
         assert!(told.contains("are not written"), "{told}");
     }
@@ -104,6 +106,20 @@ fn what_a_coordinated_program_needs_is_asked_for() {
     assert!(told(&cell, Dialect::FanucLs).contains("program.positioner.user_frame"));
     let cell = without(|p| p.axes.value[1].direction.value = Some([0.0; 3]));
     assert!(told(&cell, Dialect::FanucLs).contains("program.positioner.axis"));
+    assert!(told(&cell, Dialect::Inform).contains("program.positioner.axis"));
+    let cell = without(|p| p.user_frame.value = Some(UserFrame::Part));
+    let stands = told(&cell, Dialect::Inform);
+    assert!(
+        stands.contains("program.positioner.user_frame = \"base\""),
+        "{stands}"
+    );
+    for pulses in [None, Some(0.0)] {
+        let mut cell = self::cell(UserFrame::Base);
+        let positioner = cell.positioner.value.as_mut().unwrap();
+        positioner.axes.value[1].pulses_per_degree.value = pulses;
+        let needed = "program.positioner.axis.pulses_per_degree";
+        assert!(told(&cell, Dialect::Inform).contains(needed));
+    }
     let cell = without(|p| p.unit.value = None);
     assert!(told(&cell, Dialect::Rapid).contains("program.positioner.unit"));
     let cell = without(|p| p.axes.value.truncate(1));
@@ -159,11 +175,177 @@ fn a_bead_whose_table_is_not_known_is_told() {
         let read = dialect::read(Dialect::Krl, text(second).as_bytes(), None, &known).unwrap();
         assert_eq!(read[0].unread.len(), kept, "{second}");
     }
+    // the part hangs on another machine than the cell tells
+    for attribute in &mut kuka.attributes {
+        attribute.value = "3".to_owned();
+    }
+    assert_eq!(gaps(&kuka, &known), [Missing::ExternalAxes]);
     // the base lies still
     kuka.attributes.clear();
     assert_eq!(gaps(&kuka, &known), [Missing::ExternalAxes]);
     let (abb, _) = text_of(&plan(), &known, Dialect::Rapid);
     assert_eq!(gaps(&abb, &still), [Missing::ExternalAxes]);
+}
+
+/// A job as others write it: of a robot on a base axis with a table of one axis, some places in pulses.
+fn job(moves: &str) -> String {
+    format!(
+        "/JOB\n//NAME SEAM\n//POS\n///NPOS 4,4,4,0,0,0\n///USER 1\n///TOOL 1\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0,0,0\n\
+         C00000=0.000,0.000,0.000,180.0000,0.0000,0.0000\n\
+         C00001=50.000,0.000,0.000,180.0000,0.0000,0.0000\n\
+         C00002=0.000,50.000,0.000,180.0000,0.0000,0.0000\n\
+         C00003=0.000,50.000,20.000,180.0000,0.0000,0.0000\n\
+         BC00000=100.000,0.000,0.000\n\
+         ///POSTYPE PULSE\n///PULSE\n\
+         BC00001=20000\nBC00002=20000\nBC00003=30000\n\
+         EC00000=0,0\nEC00001=0,0\nEC00002=90000,0\nEC00003=90000,0\n\
+         //INST\n///DATE 2020/01/01 00:00\n///ATTR SC,RW,RJ\n////FRAME USER 1\n///GROUP1 RB1,BS1\n///GROUP2 ST1\nNOP\n{moves}END\n"
+    )
+}
+
+/// A base axis of 100 pulses a mm, and a table about the user frame's z of 1000 pulses a degree.
+fn known() -> CellProgramming {
+    let text = r#"
+[on]
+source = "test"
+user_frame = "stands"
+pulses_per_millimetre = 100
+[under]
+source = "test"
+user_frame = "base"
+axis = [{ origin = ["0 mm", "0 mm", "0 mm"], direction = [0, 0, 1], pulses_per_degree = 1000 }]
+"#;
+    let mut cell = crate::dialects::cell(&[FEED]);
+    cell.track.value = files::peek(text, &["on"]).unwrap();
+    cell.positioner.value = files::peek(text, &["under"]).unwrap();
+    cell
+}
+
+#[test]
+fn jobs_of_others_move_base_and_station() {
+    let moves = "MOVJ C00000 BC00000 VJ=20.00  +MOVJ EC00000 VJ=50.00\n\
+                 MOVL C00001 BC00001 V=50.0 PL=0 +MOVJ EC00001 VJ=10.00\n\
+                 ARCON ASF#(1)\n\
+                 SMOVL C00002 BC00002 V=8.0 PL=0 +MOVJ EC00002\n\
+                 ARCOF\n\
+                 MOVL C00003 BC00003 V=50.0 PL=0 +MOVJ EC00003 VJ=10.00\n";
+    let cell = known();
+    let read = |cell: &CellProgramming, text: &str| {
+        dialect::read(Dialect::Inform, text.as_bytes(), None, cell)
+            .unwrap()
+            .remove(0)
+    };
+    let parsed = read(&cell, &job(moves));
+    assert_eq!(parsed.unread, []);
+    // what turned by 90 deg about the origin lies where it was: the bead is a point in the part that turns under the torch
+    let laid = laid(&parsed.program, &cell);
+    assert_eq!(laid.len(), 2);
+    for (place, axes) in &laid {
+        assert!(place.distance(DVec3::new(50.0, 0.0, 0.0)) < 1e-9, "{place}");
+        assert!((axes[0] - 200.0).abs() < 1e-9, "{axes:?}");
+    }
+    assert!((laid[1].1[1].to_degrees() - 90.0).abs() < 1e-9);
+    // written again, it is read as the same
+    let again = dialect::write(&parsed.program, &cell).unwrap();
+    assert!(
+        again[0]
+            .text
+            .contains("MOVJ C00000 BC00000 VJ=20.00 +MOVJ EC00000 VJ=50.00\n")
+    );
+    let twice = read(&cell, &again[0].text).program;
+    assert_eq!(twice.positions, parsed.program.positions);
+    assert_eq!(twice.instructions, parsed.program.instructions);
+    // degrees instead of pulses
+    let degrees = job(moves).replace(
+        "EC00000=0,0\nEC00001=0,0\nEC00002=90000,0\nEC00003=90000,0",
+        "///POSTYPE ANGLE\n///ANGLE\nEC00000=0,0\nEC00001=0,0\nEC00002=90.0,0\nEC00003=90.0,0",
+    );
+    assert_eq!(
+        read(&cell, &degrees).program.positions,
+        parsed.program.positions
+    );
+    // without pulses nobody knows where it stands: kept and told, each move
+    let silent = read(&crate::dialects::cell(&[FEED]), &job(moves));
+    let kept: Vec<&str> = silent.unread.iter().map(|u| u.text.as_str()).collect();
+    assert!(
+        kept.contains(&"BC00001=20000") && kept.contains(&"EC00002=90000,0"),
+        "{kept:?}"
+    );
+    assert_eq!(kept.iter().filter(|l| l.contains("+MOVJ")).count(), 4);
+    // a second axis that the cell does not tell of, a robot as master, an S move that leads nothing
+    for (from, to, told) in [
+        ("EC00002=90000,0", "EC00002=90000,5", "EC00002=90000,5"),
+        (
+            "+MOVJ EC00002",
+            "+MOVL C00002 V=8.0",
+            "SMOVL C00002 BC00002 V=8.0 PL=0 +MOVL C00002 V=8.0",
+        ),
+        (" +MOVJ EC00002", "", "SMOVL C00002 BC00002 V=8.0 PL=0"),
+    ] {
+        let parsed = read(&cell, &job(moves).replace(from, to));
+        assert!(
+            parsed.unread.iter().any(|u| u.text == told),
+            "{:?}",
+            parsed.unread
+        );
+    }
+}
+
+/// A taught job has its arm in pulses, too.
+#[test]
+fn an_arm_in_pulses_stands_where_its_joints_do() {
+    let mut cell = known();
+    let scales = [1341.38, 1907.68, -1592.89, 1022.87, 980.24, 454.76];
+    let pulses = [13_414, -19_077, 31_858, 0, 29_407, -4548];
+    let line = pulses.map(|p: i32| p.to_string()).join(",");
+    let text = format!(
+        "/JOB\n//NAME T\n//POS\n///NPOS 1,1,1,0,0,0\n///TOOL 0\n///POSTYPE PULSE\n///PULSE\nC00000={line}\nBC00000=-5000\nEC00000=45000,0\n\
+         //INST\n///DATE 2020/01/01 00:00\n///ATTR SC,RW\n///GROUP1 RB1,BS1\n///GROUP2 ST1\nNOP\nMOVJ C00000 BC00000 VJ=5.00 +MOVJ EC00000 VJ=5.00\nEND\n"
+    );
+    let read = |cell: &CellProgramming| {
+        let read = dialect::read(Dialect::Inform, text.as_bytes(), None, cell);
+        read.unwrap().remove(0)
+    };
+    let unit = |program: &Program| match &program.positions[0].groups[0].coordinates {
+        Coordinates::Joint(axes) => axes.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(unit(&read(&cell).program)[0].unit, "pulse");
+    let words = cell.inform.value.as_mut().unwrap();
+    words.pulses_per_degree.value = Some(scales);
+    let parsed = read(&cell);
+    assert_eq!(parsed.unread, []);
+    let axes = unit(&parsed.program);
+    let (shown, beyond) = Axis::of_arm(&axes).unwrap();
+    for ((shown, pulses), scale) in shown.iter().zip(pulses).zip(scales) {
+        assert!((shown * scale - f64::from(pulses)).abs() < 1e-6, "{shown}");
+    }
+    assert_eq!((beyond.len(), beyond[0].value), (1, -50.0));
+    let known = cell.execution(10.0);
+    let external = known.external_axes(&parsed.program, &parsed.program.positions[0]);
+    assert_eq!(external, [-50.0, 45.0_f64.to_radians()]);
+    let again = dialect::write(&parsed.program, &cell).unwrap();
+    assert!(
+        again[0].text.contains(&format!("C00000={line}\n")),
+        "{}",
+        again[0].text
+    );
+}
+
+#[test]
+fn a_station_that_turns_along_a_bead_by_itself_is_told() {
+    let moves = "MOVJ C00000 BC00000 VJ=20.00 +MOVJ EC00000\n\
+                 MOVL C00001 BC00001 V=50.0 PL=0 +MOVJ EC00001 VJ=10.00\n\
+                 ARCON ASF#(1)\n\
+                 MOVL C00002 BC00002 V=8.0 PL=0 +MOVJ EC00002 VJ=10.00\n\
+                 ARCOF\n";
+    let cell = known();
+    let parsed = dialect::read(Dialect::Inform, job(moves).as_bytes(), None, &cell).unwrap();
+    let programs: Vec<Program> = parsed.into_iter().map(|p| p.program).collect();
+    let known = cell.execution(10.0);
+    let reading = read_toolpath(&programs, &known, 1e3, &Reporter::new()).unwrap();
+    let why: Vec<Missing> = reading.gaps.into_iter().map(|g| g.why).collect();
+    assert_eq!(why, [Missing::Coordinated]);
 }
 
 proptest! {
@@ -188,6 +370,7 @@ proptest! {
             (Dialect::FanucLs, UserFrame::Base),
             (Dialect::Krl, UserFrame::Part),
             (Dialect::Rapid, UserFrame::Base),
+            (Dialect::Inform, UserFrame::Base),
         ] {
             let cell = cell(frame);
             let (program, _) = text_of(&plan, &cell, dialect);

@@ -7,7 +7,7 @@ use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Axis, Coordinates, Group, Instruction, PositionRef, Termination};
-use meltpath_programs::{ExecutionSettings, Missing, NoPose, Refusal, Way, WeldSettings};
+use meltpath_programs::{ExecutionSettings, Gap, Missing, NoPose, Refusal, Way, WeldSettings};
 use meltpath_programs::{ParseError, fanuc_ls};
 use meltpath_toolpath::Move;
 
@@ -153,6 +153,15 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
     settings.schedules.insert((Some(1), 2), set);
     let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();
     assert_eq!(left, [10, 12, 13, 13]);
+    // where the cleaning leaves the torch nobody knows, unless the cell says so
+    let on = |settings: &ExecutionSettings| {
+        let executed = read(program, settings, &Reporter::new()).unwrap();
+        let returns = |g: &&Gap| matches!(g.why, Missing::Returns(_));
+        executed.left_out.iter().filter(returns).count()
+    };
+    assert_eq!(on(&settings), 1);
+    settings.returning.insert("TORCH_CLEAN".into());
+    assert_eq!(on(&settings), 0);
 
     let executed = read(program, &settings, &reporter).unwrap();
     let moves = motions(&executed);

@@ -17,10 +17,10 @@ use crate::dialects::{asked, executed, held, read, text_of, told, written};
 use crate::told::motions;
 
 const FEED: f64 = 400.0 / 3.0;
-const SPOKEN: [Dialect; 2] = [Dialect::Krl, Dialect::Rapid];
+const SPOKEN: [Dialect; 3] = [Dialect::Krl, Dialect::Rapid, Dialect::Val3];
 
 /// A torch beside the arm that leans, and a part on a holder that is turned.
-fn standing() -> Standing {
+pub(crate) fn standing() -> Standing {
     let turn = |axis: DVec3, degrees: f64| DQuat::from_axis_angle(axis, degrees.to_radians());
     Standing {
         world_from_torch: Pose {
@@ -34,11 +34,11 @@ fn standing() -> Standing {
     }
 }
 
-fn cell() -> CellProgramming {
+pub(crate) fn cell() -> CellProgramming {
     crate::dialects::cell(&[FEED, 100.0])
 }
 
-fn asked_for(dialect: Dialect) -> BuildSettings {
+pub(crate) fn asked_for(dialect: Dialect) -> BuildSettings {
     BuildSettings {
         standing: Some(standing()),
         ..asked(dialect)
@@ -46,7 +46,7 @@ fn asked_for(dialect: Dialect) -> BuildSettings {
 }
 
 /// The programs of a plan, and the same read back from what is written.
-fn written_and_read(plan: &Toolpath, dialect: Dialect) -> [Vec<Program>; 2] {
+pub(crate) fn written_and_read(plan: &Toolpath, dialect: Dialect) -> [Vec<Program>; 2] {
     let cell = cell();
     let built = build(plan, &cell, &asked_for(dialect), &Reporter::new()).unwrap();
     let built = held(built, dialect);
@@ -74,7 +74,7 @@ fn golden_programs_for_a_torch_that_stands() {
 #[test]
 fn other_dialects_say_nothing_of_it() {
     let plan = toolpath(FEED, two_layers().into());
-    for dialect in [Dialect::FanucLs, Dialect::Inform, Dialect::Val3] {
+    for dialect in [Dialect::FanucLs, Dialect::Inform] {
         let build = |asked: &BuildSettings| build(&plan, &cell(), asked, &Reporter::new()).unwrap();
         assert_eq!(build(&asked_for(dialect)), build(&asked(dialect)));
     }
@@ -91,7 +91,7 @@ fn numbers(line: &str) -> [f64; 6] {
 }
 
 /// A turns about z, then B about the new y, then C about the newest x.
-fn kuka([x, y, z, a, b, c]: [f64; 6]) -> Pose {
+pub(crate) fn kuka([x, y, z, a, b, c]: [f64; 6]) -> Pose {
     let [a, b, c] = [a, b, c].map(f64::to_radians);
     Pose {
         position: DVec3::new(x, y, z),
@@ -102,7 +102,7 @@ fn kuka([x, y, z, a, b, c]: [f64; 6]) -> Pose {
 }
 
 /// Axis and position of the poses of a plan, in the part.
-fn plan_of(points: &[([f64; 3], [f64; 3])]) -> Toolpath {
+pub(crate) fn plan_of(points: &[([f64; 3], [f64; 3])]) -> Toolpath {
     let mut layer = meltpath_toolpath::Layer::new(1, 0.0);
     let head = crate::built::head(1, meltpath_toolpath::Role::Contour);
     let at = |(position, axis): &([f64; 3], [f64; 3])| {
@@ -143,6 +143,10 @@ proptest! {
                     prop_assert!((a.position - b.position).abs().max_element() < 1e-3, "{:?} {:?}", a, b);
                     prop_assert!(a.orientation.angle_between(b.orientation) < 1e-3_f64.to_radians());
                 }
+            }
+            if dialect == Dialect::Val3 {
+                // points of a random plan turn the part far: told, see below
+                continue;
             }
             let (wanted, found) = (executed(&built, &cell()), executed(&parsed, &cell()));
             prop_assert_eq!(found.len(), wanted.len());
@@ -214,14 +218,17 @@ fn every_program_of_several_says_it() {
     for dialect in SPOKEN {
         let built = build(&plan, &cell, &asked_for(dialect), &Reporter::new()).unwrap();
         let built = held(built, dialect);
-        assert!(built.programs.len() > 2);
+        // a project is one program
+        assert!(built.programs.len() > 2 || dialect == Dialect::Val3);
         let files = written(&built, &cell).unwrap();
         let parsed = files.iter().map(|f| read(dialect, f, &cell).program);
         let parsed: Vec<Program> = parsed.collect();
         let says = |p: &Program| p.instructions.contains(&Instruction::Holds(Holds::Part));
         assert!(parsed.iter().all(says));
         let (found, wanted) = (executed(&parsed, &cell), executed(&built.programs, &cell));
-        assert_eq!(found.iter().filter(|m| m.burns).count(), 5 * 7);
+        // a Stäubli's moves of 10 mm are in two pieces
+        let pieces = if dialect == Dialect::Val3 { 2 } else { 1 };
+        assert_eq!(found.iter().filter(|m| m.burns).count(), 5 * 7 * pieces);
         for (a, b) in found.iter().zip(&wanted) {
             assert!(a.to.distance(b.to) < 1e-3 && a.control.holds == Some(Holds::Part));
         }
@@ -285,7 +292,7 @@ fn rapid(data: &str, moves: &str) -> Played {
     played(&programs)
 }
 
-fn reading(programs: &[Program], reporter: &Reporter) -> Reading {
+pub(crate) fn reading(programs: &[Program], reporter: &Reporter) -> Reading {
     let known = ExecutionSettings {
         assumed_speed: 10.0,
         ..cell().execution(10.0)
@@ -311,7 +318,7 @@ fn told_to_kuka(name: &str, [x, y, z]: [f64; 3]) -> String {
     format!("DECL POS X{name}={{X {},Y {y},Z {z},A 0,B 0,C 180}}", -x)
 }
 
-const WELD: &str = "DECL stArcDat_T WDAT1={Weld {JobModeId[] \"J\",ParamSetId[] \"Set2\",Velocity 0.01,Channel1 1,Channel2 8.0,Channel3 0.0}}";
+const WELD: &str = "DECL stArcDat_T WDAT1={Weld {JobModeId[] \"Job mode\",ParamSetId[] \"Set2\",Velocity 0.01,Channel1 1,Channel2 8.0,Channel3 0.0}}";
 const FRAMES: &str = "$BASE=BASE_DATA[3]\n$TOOL=TOOL_DATA[2]\n";
 
 /// Places of three points in the part, and their list.

@@ -66,6 +66,30 @@ END
     run((Dialect::Krl, source, Some(&data)), &cell(&[100.0, 50.0]))
 }
 
+/// Beads in another mode of the source than the cell's are other beads.
+#[test]
+fn another_mode_of_the_source_is_told() {
+    let mut cell = cell(&[100.0, 50.0]);
+    let own = cell.krl.as_ref().unwrap().job_mode.value.clone();
+    for (mode, told) in [(own.as_str(), 0), ("PULSE", 1)] {
+        let text = format!(",Strike {{JobModeId[] \"{mode}\",StartTime 0.0}}");
+        let source = "DEF K( )\n$BASE=BASE_DATA[1]\n$TOOL=TOOL_DATA[1]\n$VEL.CP=0.1\nLIN {X 0,Y 0,Z 20,A 0,B 0,C 180}\nArcMainNG(#ArcOnBeforeMoveStd,WDAT1,WP2)\nLIN {X 0,Y 0,Z 0,A 0,B 0,C 180}\nArcMainNG(#ArcOnAfterMoveStd,WDAT1,WP2)\n$VEL.CP=gArcBasVelDefinition\nArcMainNG(#ArcOffBeforeMoveStd,WDAT1,WP2)\nLIN {X 60,Y 0,Z 0,A 0,B 0,C 180}\nArcMainNG(#ArcOffAfterMoveStd,WDAT1,WP2)\nEND\n";
+        let data = format!(
+            "DEFDAT K\nDECL stArcDat_T WDAT1={{Weld {{Velocity 0.01,Channel1 1,Channel2 6.0,Channel3 0.0}}{text},Crater {{CraterTime 0.0}}}}\nENDDAT\n"
+        );
+        let (reading, _) = run((Dialect::Krl, source, Some(&data)), &cell);
+        let modes = reading
+            .gaps
+            .iter()
+            .filter(|g| matches!(&g.why, Missing::Mode(m) if m == mode));
+        assert_eq!(modes.count(), told, "{mode}: {:?}", whys(&reading));
+    }
+    // a cell that says nothing of ArcTech has no mode to hold it to
+    cell.krl.value = None;
+    let (reading, _) = kuka(",Strike {JobModeId[] \"PULSE\",StartTime 0.0}", "");
+    assert!(whys(&reading).iter().any(|why| why.contains("PULSE")));
+}
+
 /// The crater is that of the data by which the arc ends, not of those that it was struck with.
 #[test]
 fn a_kuka_crater_is_that_of_the_end() {

@@ -4,7 +4,7 @@ use meltpath_base::{Reporter, settings as files};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::positioner::Positioner;
 use meltpath_programs::track::Track;
-use meltpath_programs::{CellProgramming, Dialect, Missing, build, read_toolpath};
+use meltpath_programs::{CellProgramming, Dialect, Missing, build, dialect, read_toolpath};
 use meltpath_toolpath::{Layer, Move, Role, Toolpath};
 use proptest::prelude::*;
 
@@ -12,10 +12,15 @@ use crate::built::{head, toolpath};
 use crate::dialects::{asked, laid, text_of};
 
 const FEED: f64 = 400.0 / 3.0;
-const SPOKEN: [Dialect; 3] = [Dialect::FanucLs, Dialect::Krl, Dialect::Rapid];
+const SPOKEN: [Dialect; 4] = [
+    Dialect::FanucLs,
+    Dialect::Krl,
+    Dialect::Rapid,
+    Dialect::Inform,
+];
 
 fn track() -> Track {
-    let text = "[it]\nsource = \"test\"\nuser_frame = \"stands\"\nunit = \"TRACK1\"\n";
+    let text = "[it]\nsource = \"test\"\nuser_frame = \"stands\"\nunit = \"TRACK1\"\npulses_per_millimetre = 1234.5\n";
     files::peek(text, &["it"]).unwrap().unwrap()
 }
 
@@ -26,7 +31,7 @@ fn table() -> Positioner {
 source = "test"
 unit = "STN1"
 user_frame = "base"
-axis = [{ origin = ["100 mm", "0 mm", "0 mm"], direction = [0, 0, 1] }]
+axis = [{ origin = ["100 mm", "0 mm", "0 mm"], direction = [0, 0, 1], pulses_per_degree = 1019.7 }]
 "#;
     files::peek(text, &["it"]).unwrap().unwrap()
 }
@@ -79,7 +84,6 @@ fn what_a_track_needs_is_asked_for() {
     };
     for (dialect, why) in [
         (Dialect::UrScript, "joints go, and nothing else"),
-        (Dialect::Inform, "in pulses"),
         (Dialect::Val3, "its points"),
     ] {
         let told = told(&cell(), dialect);
@@ -91,6 +95,18 @@ fn what_a_track_needs_is_asked_for() {
     let mut silent = cell();
     silent.track.value.as_mut().unwrap().unit.value = None;
     assert!(told(&silent, Dialect::Rapid).contains("program.track.unit"));
+    silent
+        .track
+        .value
+        .as_mut()
+        .unwrap()
+        .pulses_per_millimetre
+        .value = None;
+    let pulses = told(&silent, Dialect::Inform);
+    assert!(
+        pulses.contains("program.track.pulses_per_millimetre"),
+        "{pulses}"
+    );
     let rides = "[it]\nsource = \"test\"\nuser_frame = \"rides\"\n";
     let mut rides_along = cell();
     rides_along.track.value = files::peek(rides, &["it"]).unwrap();
@@ -128,6 +144,14 @@ fn a_bead_along_a_track_that_nobody_told_of_is_told() {
             why.contains(&&Missing::ExternalAxes),
             "{dialect:?}: {why:?}"
         );
+        // jobs tell it in pulses, which nobody tells of either
+        if dialect == Dialect::Inform {
+            let (_, text) = text_of(&plan(false), &cell(), dialect);
+            let job = text.split_once('\n').unwrap().1;
+            let unknown = crate::dialects::cell(&[FEED]);
+            let read = dialect::read(dialect, job.as_bytes(), None, &unknown).unwrap();
+            assert!(read[0].unread.iter().any(|u| u.text.starts_with("MOVL C")));
+        }
     }
 }
 

@@ -153,7 +153,7 @@ function filmControls() {
   machine.reach = 2 * Math.max(...machineCorners().map((c) => Math.hypot(...c.map((v, k) => v - centre[k]))), 0);
   $("machine-shown").addEventListener("change", (e) => showMachine(e.target.checked));
   $("part-stands").addEventListener("change", (e) => { film.partStands = e.target.checked; setMoment(film.now); });
-  $("film").addEventListener("input", (e) => { const time = filmLength() * e.target.value / 1000; showMachine(true); showMoment(time); });
+  $("film").addEventListener("input", (e) => { const time = filmLength() * (e.target.value / 1000); showMachine(true); showMoment(time); });
   let timer = 0;
   const play = $("film-play");
   const stop = () => { clearInterval(timer); timer = 0; play.textContent = "▶"; play.setAttribute("aria-label", "Play the film"); };

@@ -1,16 +1,23 @@
 //! From a cell's file to the cell: what the tables say together, and all that is wrong with it at once.
 
+use std::ops::Range;
+use std::path::Path;
+
 use meltpath_base::Length;
-use meltpath_base::settings::{self, Problem, Problems, Setting, nearest};
+use meltpath_base::settings::{
+    self, File, Kind, Node, Problem, Problems, Reader, Setting, Under, nearest,
+};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
 use super::file::{
-    ArmKind, ArmTable, AxisTable, CellFile, Direction, ElbowShows, JointsTable, PositionerTable,
-    ShapesTable, TrackTable,
+    ArmKind, ArmTable, AxisTable, CellFile, Direction, ElbowShows, FROM_URDF, JointsTable,
+    PositionerTable, ShapesTable, TrackTable,
 };
 use super::layout::{Arrangement, Cell, SHAPES, Shapes, Source, Table};
-use super::{frame, sound};
+use super::linked::Linked;
+use super::urdf::Taken;
+use super::{frame, sound, touched};
 use crate::kinematics::{
     Arm, Chain, Geometry, Joint, JointKind, Limits, OffsetWrist, OrthoParallel,
 };
@@ -41,19 +48,69 @@ use crate::kinematics::{
 /// # Errors
 /// Every problem with its place.
 pub fn read(text: &str) -> Result<Cell, Problems> {
-    let read = settings::read::<CellFile>(text);
+    read_in(text, None)
+}
+
+/// The same of a file in `folder`, which may name a URDF beside it.
+///
+/// # Errors
+/// Every problem with its place.
+pub fn read_beside(text: &str, folder: &Path) -> Result<Cell, Problems> {
+    read_in(text, Some(folder))
+}
+
+/// The URDF that a file names, and where it does.
+struct Urdf(Range<usize>, String);
+
+impl settings::Value for Urdf {
+    const KIND: Kind = Kind::File;
+
+    fn read(node: &Node<'_>, place: &settings::Place<'_>, reader: &mut Reader) -> Option<Self> {
+        let File(name) = File::read(node, place, reader)?;
+        Some(Urdf(node.span(), name))
+    }
+
+    fn json(&self) -> settings::Json {
+        self.1.clone().into()
+    }
+}
+
+fn read_in(text: &str, folder: Option<&Path>) -> Result<Cell, Problems> {
+    // what is wrong with the file as a whole is told below
+    let urdf = settings::peek::<Urdf>(text, &["urdf"]).ok().flatten();
+    let taken = match &urdf {
+        None => None,
+        Some(Urdf(span, name)) => {
+            let taken = match folder {
+                Some(folder) => Taken::of(name, folder),
+                None => Err("a file that ships names no other".to_owned()),
+            };
+            let wrong = |what| Problem::new(format!("urdf = {name:?}: {what}")).at(span.clone());
+            Some((taken.map_err(wrong)?, span.clone()))
+        }
+    };
+    let under = taken.as_ref().map(|(taken, span)| Under {
+        text: &taken.toml,
+        span: span.clone(),
+        mixed: &FROM_URDF,
+    });
+    let read = settings::read_over::<CellFile>(text, under.as_ref());
     let mut problems = read.problems;
-    let Some(file) = read.settings else {
+    let Some(mut file) = read.settings else {
         return Err(problems.into());
     };
-    let cell = build(&file, &mut problems);
+    let taken = taken.map(|(taken, _)| taken);
+    if let Some(taken) = &taken {
+        taken.over(&mut file, &mut problems);
+    }
+    let cell = build(&file, taken.as_ref(), &mut problems);
     match cell {
         Some(cell) if problems.is_empty() => Ok(cell),
         _ => Err(problems.into()),
     }
 }
 
-fn build(file: &CellFile, problems: &mut Vec<Problem>) -> Option<Cell> {
+fn build(file: &CellFile, taken: Option<&Taken>, problems: &mut Vec<Problem>) -> Option<Cell> {
     let arm = arm(&file.arm, &file.joints, problems);
     let track = file
         .track
@@ -63,17 +120,26 @@ fn build(file: &CellFile, problems: &mut Vec<Problem>) -> Option<Cell> {
         .positioner
         .as_ref()
         .and_then(|p| positioner(&file.positioner, p, problems));
-    let sources = sources(file, problems);
+    let mut sources = sources(file, problems);
     // beside a number that is wrong by itself these tell nothing
     if let Some(arm) = arm.as_ref().filter(|_| problems.is_empty()) {
         problems.extend(sound::shapes(file, &arm.chain));
     }
+    let links = match arm.as_ref().filter(|_| problems.is_empty()) {
+        Some(arm) => Linked::of(file, taken, &arm.chain, problems),
+        None => None,
+    };
+    let linked = links.unwrap_or_default();
+    if let Some(shapes) = sources.iter_mut().find(|s| s.of == SHAPES) {
+        shapes.guesses.extend(linked.guesses);
+    }
+    let places = touched::places(file, (track.as_ref(), positioner.as_ref()), problems);
     Some(Cell {
         name: file.name.value.clone(),
         maker: *file.maker,
         arrangement: *file.arrangement,
         arm: arm?,
-        carrier_from_base: frame::of_table(&file.base, problems),
+        carrier_from_base: places.carrier_from_base,
         track,
         positioner,
         carrier_from_torch: frame::pose(*file.torch.position, *file.torch.angles),
@@ -81,15 +147,21 @@ fn build(file: &CellFile, problems: &mut Vec<Problem>) -> Option<Cell> {
             position: DVec3::new(0.0, 0.0, file.torch.wire.0),
             ..Pose::IDENTITY
         },
-        carrier_from_table: frame::of_table(&file.table, problems),
-        carrier_from_part: frame::of_table(&file.part, problems),
-        shapes: file.shapes.as_ref().map(|s| Shapes {
-            links: s.links.map(|l| l.0),
-            torch: s.torch.0,
-            nozzle: s.nozzle.map(|l| l.0),
-            table: table(s, file.positioner.is_some()),
-        }),
+        carrier_from_table: places.carrier_from_table,
+        carrier_from_part: places.carrier_from_part,
+        shapes: file
+            .shapes
+            .as_ref()
+            .zip(linked.links)
+            .map(|(s, links)| Shapes {
+                links,
+                torch: s.torch.0,
+                nozzle: s.nozzle.map(|l| l.0),
+                table: table(s, file.positioner.is_some()),
+            }),
+        files: linked.files,
         sources,
+        touched: places.touched,
     })
 }
 

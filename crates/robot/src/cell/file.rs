@@ -1,6 +1,6 @@
 //! The file of a robot cell as it is written: every table with where its numbers come from.
 
-use meltpath_base::settings::Many;
+use meltpath_base::settings::{File, Many};
 use meltpath_base::{
     Angle, AngularAcceleration, AngularSpeed, Length, Speed, choice, quantity, table,
 };
@@ -41,6 +41,9 @@ choice! {
     }
 }
 
+/// Tables of a robot's file that a URDF may say in its place, whole or key by key.
+pub const FROM_URDF: [&str; 2] = ["arm", "joints"];
+
 table! {
     /// A robot cell: an arm, and what stands around it.
     pub struct CellFile {
@@ -50,6 +53,8 @@ table! {
         maker: Maker => default("other", "no words for configurations");
         /// What the robot holds.
         arrangement: Arrangement => default("torch-on-robot", "the usual one");
+        /// Its URDF, which tells the arm, its joints, what carries it, and the shapes of its links, beside this file. Of `[arm]` and `[joints]` what it does not tell is written here: speeds, accelerations, narrower limits, `elbow_shows`, the flange's frame.
+        urdf: File => none("the arm is written here");
         /// The arm.
         arm: ArmTable => required;
         /// Its joints, the first at the base.
@@ -144,6 +149,8 @@ table! {
         angles: [Angle; 3] => default(["0 deg", "0 deg", "0 deg"], "not turned");
         /// In place of the angles: its x, y and z axis, as a calibration gives them. They must make a rigid frame.
         axes: [[f64; 3]; 3] => none("the angles hold");
+        /// In place of position and angles: points of the frame that the wire's tip touched, where the pendant shows them in the arm's base, track and positioner at zero. Its origin, one along x, one in the xy plane on the side of +y; further ones in that plane tell how well. Of `[base]` they are points of the world, or of the track's carriage.
+        touched: Many<[Length; 3], 3, 12> => none("position and angles hold");
         /// Who says so.
         source: String => none("nobody: a guess");
     }
@@ -165,7 +172,7 @@ table! {
         /// Who says so.
         source: String => none("nobody: a guess");
         /// Radius of each link around the line from its joint to the next, the last to the flange.
-        links: [Length; 6] where up_to(1000.0) => required;
+        links: [Length; 6] where up_to(1000.0) => none("the shapes of the URDF, each as its convex hull; needed where there is none");
         /// Radius of the torch around the line from the flange to its nozzle.
         torch: Length where up_to(500.0) => required;
         /// Length and radius of the nozzle, which ends with the contact tube.

@@ -1,8 +1,12 @@
 //! A cell, and where each of its frames lies for joint values.
 
-use meltpath_base::choice;
-use meltpath_geometry::Pose;
+use std::sync::Arc;
 
+use meltpath_base::choice;
+use meltpath_geometry::{Mesh, Pose};
+
+use super::urdf::Named;
+use crate::hull::Hull;
 use crate::kinematics::{Arm, Chain, Joint, JointKind, Limits};
 
 /// So far, rad, chosen axes of a positioner keep from their limits; verdicts ask for 2°.
@@ -40,11 +44,53 @@ pub struct Source {
     pub guesses: Vec<String>,
 }
 
+/// How well a frame is known by the points of it that were touched, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touched {
+    /// The table of the file.
+    pub of: &'static str,
+    /// From the first point to the second, along x.
+    pub along: f64,
+    /// How far the third lies to the side of it.
+    pub aside: f64,
+    /// How far the farthest of the others lies off the plane of these; nothing where three were touched, which tell nothing of it.
+    pub off_plane: Option<f64>,
+}
+
+impl Touched {
+    /// By how much the frame is turned where one of its points is wrong by a millimetre, rad.
+    pub fn turned_by_a_millimetre(&self) -> f64 {
+        (1.0 / self.along.min(self.aside)).atan()
+    }
+}
+
+/// Links of an arm as bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Links {
+    /// Radius of each, from its joint to the next, the last to the flange, mm.
+    Bars([f64; 6]),
+    /// Convex hulls of the bodies that its URDF tells.
+    Hulls(Arc<[LinkHull]>),
+}
+
+/// A body of a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinkHull {
+    /// The link, from 1; 0 is the base.
+    pub link: u8,
+    /// Its hull in the frame of the link's joint, of the base for 0.
+    pub hull: Hull,
+    /// The body itself, in the same frame.
+    pub mesh: Mesh,
+    /// What it is: the link of the URDF, and the file.
+    pub of: String,
+}
+
 /// Shapes of a cell, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shapes {
-    /// Radius of each link, from its joint to the next, the last to the flange.
-    pub links: [f64; 6],
+    /// The links of the arm.
+    pub links: Links,
     /// Radius of the torch's body, from the flange to the begin of its nozzle.
     pub torch: f64,
     /// Length and radius of the nozzle, which ends with the contact tube.
@@ -89,8 +135,12 @@ pub struct Cell {
     pub carrier_from_part: Pose,
     /// Shapes of torch, arm and table, where the file tells them.
     pub shapes: Option<Shapes>,
+    /// Files that its file names: the URDF, and meshes.
+    pub files: Vec<Named>,
     /// Where the numbers come from.
     pub sources: Vec<Source>,
+    /// Frames that were touched.
+    pub touched: Vec<Touched>,
 }
 
 /// Values of all joints of a cell.

@@ -119,7 +119,8 @@ pub(super) fn shapes(file: &CellFile, chain: &Chain) -> Vec<Problem> {
     let places = chain.joints.iter().map(|j| j.parent_from_joint.position);
     let places = places.chain([chain.last_from_end.position]);
     let longest = places.map(DVec3::length).fold(0.0, f64::max);
-    let thickest = shapes.links.iter().map(|l| l.0).fold(0.0, f64::max);
+    let radii = shapes.links.iter().flatten();
+    let thickest = radii.map(|l| l.0).fold(0.0, f64::max);
     let nozzle = shapes.nozzle[0].0;
     let torch = DVec3::from_array(file.torch.position.map(|l| l.0)).length();
     let on_robot = *file.arrangement == Arrangement::TorchOnRobot;

@@ -7,7 +7,7 @@ use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
 use super::Body;
-use super::bodies::{Bar, bars};
+use super::bodies::bars;
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, foot, table, to_table};
 use super::sweep::over_joint_moves;
@@ -52,8 +52,7 @@ fn spare(
     wanted: f64,
     (command, values): (u32, &Values),
 ) -> f64 {
-    let bodies = bars(task.cell, around.shapes, values);
-    room(task.cell, around, command, &bodies, wanted + BEYOND) - wanted
+    room(task.cell, around, (command, values), wanted + BEYOND) - wanted
 }
 
 /// How the arm holds the torch along a program so that it keeps `wanted` mm clear of what stands around, as far as there is a way.
@@ -233,22 +232,28 @@ impl Look for Nearing {
     }
 }
 
-/// The least distance of any pair of bodies, mm, where it is less than `most`; else `most`.
-fn room(cell: &Cell, stands: &Surroundings<'_>, command: u32, bodies: &[Bar], most: f64) -> f64 {
+/// The least distance of any pair of bodies where the cell stands so while a command is executed, mm, where it is less than `most`; else `most`.
+pub fn room(
+    cell: &Cell,
+    stands: &Surroundings<'_>,
+    (command, values): (u32, &Values),
+    most: f64,
+) -> f64 {
+    let bodies = bars(cell, stands.shapes, values);
     let metal = (stands.metal)(command);
     let (table, foot) = (table(cell, stands), foot(cell, stands));
     let mut least = most;
-    for bar in bodies {
+    for bar in &bodies {
         let may = |other: Body| stands.pairs.may_touch(bar.body, other);
         if may(Body::Metal) {
             least = least.min(metal.distance(&bar.in_part, least, foot));
         }
         if let Some(table) = table.as_ref().filter(|_| may(Body::Table)) {
-            least = least.min(to_table(table, &bar.in_part));
+            least = least.min(to_table(table, &bar.in_part, least));
         }
-        for other in bodies {
+        for other in &bodies {
             if other.body > bar.body && may(other.body) {
-                least = least.min(bar.in_base.apart(&other.in_base));
+                least = least.min(bar.in_base.apart(&other.in_base, least));
             }
         }
     }

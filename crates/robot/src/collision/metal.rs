@@ -6,15 +6,15 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 
 use super::distance::Bounds;
-use super::round::Round;
+use super::form::Form;
 use super::solids::Solids;
 
 /// Metal as it stands at some time.
 #[derive(Debug, Clone)]
-pub struct Metal(Form);
+pub struct Metal(Kind);
 
 #[derive(Debug, Clone)]
-enum Form {
+enum Kind {
     /// Laid from above, layer by layer: down to the plate.
     Columns(Columns),
     /// Laid from any side: what is there up to a time.
@@ -24,19 +24,19 @@ enum Form {
 impl Metal {
     /// The metal of a height map in columns about `side` mm wide.
     pub fn of(map: &HeightMap, side: f64) -> Self {
-        Metal(Form::Columns(Columns::of(map, side)))
+        Metal(Kind::Columns(Columns::of(map, side)))
     }
 
     /// What of solid bodies is there at a time.
     pub fn until(solids: &Arc<Solids>, time: u32) -> Self {
-        Metal(Form::Solids(Arc::clone(solids), time))
+        Metal(Kind::Solids(Arc::clone(solids), time))
     }
 
-    /// The distance of something round from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
-    pub(super) fn distance(&self, round: &Round, most: f64, foot: f64) -> f64 {
+    /// The distance of a body from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
+    pub(super) fn distance(&self, form: &Form<'_>, most: f64, foot: f64) -> f64 {
         match &self.0 {
-            Form::Columns(columns) => columns.distance(round, most, foot),
-            Form::Solids(solids, time) => solids.distance(round, *time, most),
+            Kind::Columns(columns) => columns.distance(form, most, foot),
+            Kind::Solids(solids, time) => solids.distance(form, *time, most),
         }
     }
 }
@@ -99,11 +99,11 @@ impl Columns {
         }
     }
 
-    /// The distance of something round from the metal down to `foot`, mm, where it is less than `most`; else no less than `most`.
-    fn distance(&self, round: &Round, most: f64, foot: f64) -> f64 {
+    /// The distance of a body from the metal down to `foot`, mm, where it is less than `most`; else no less than `most`.
+    fn distance(&self, form: &Form<'_>, most: f64, foot: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
             Some(top) => match self.column(top, (0, 0), foot) {
-                Some(all) => self.below((round, foot), most, top, (0, 0), round.nearly_to(all)),
+                Some(all) => self.below((form, foot), most, top, (0, 0), form.nearly_to(all)),
                 None => most,
             },
             None => most,
@@ -128,7 +128,7 @@ impl Columns {
     /// The distance from what stands within a column, whose own is `least` or more.
     fn below(
         &self,
-        (round, foot): (&Round, f64),
+        (form, foot): (&Form<'_>, f64),
         most: f64,
         level: usize,
         (ix, iy): (usize, usize),
@@ -138,17 +138,15 @@ impl Columns {
             return most;
         }
         if level == 0 {
-            let exact = self
-                .column(0, (ix, iy), foot)
-                .map(|c| round.to_box(c, most));
+            let exact = self.column(0, (ix, iy), foot).map(|c| form.to_box(c, most));
             return exact.map_or(most, |exact| most.min(exact));
         }
         let child = |x: usize, y: usize| {
             let place = (2 * ix + x, 2 * iy + y);
             let column = self.column(level - 1, place, foot);
-            let least = column.map_or(f64::INFINITY, |bounds| match round.at_least_to(&bounds) {
+            let least = column.map_or(f64::INFINITY, |bounds| match form.at_least_to(&bounds) {
                 far if far >= most => far,
-                _ => round.nearly_to(bounds),
+                _ => form.nearly_to(bounds),
             });
             (place, least)
         };
@@ -156,7 +154,7 @@ impl Columns {
         let mut children = [child(0, 0), child(1, 0), child(0, 1), child(1, 1)];
         children.sort_by(|a, b| a.1.total_cmp(&b.1));
         children.into_iter().fold(most, |most, (place, least)| {
-            self.below((round, foot), most, level - 1, place, least)
+            self.below((form, foot), most, level - 1, place, least)
         })
     }
 }
@@ -166,7 +164,7 @@ mod tests {
     use meltpath_numerics::random::Random;
 
     use super::super::distance::Segment;
-    use super::super::round::Ends;
+    use super::super::round::{Ends, Round};
     use super::*;
 
     /// Against every cell's own column.
@@ -202,11 +200,11 @@ mod tests {
                     wanted = wanted.min(bounds.to_segment(&segment));
                 }
             }
-            let thin = Round {
+            let thin = Form::Round(Round {
                 line: segment,
                 radius: 0.0,
                 ends: Ends::Round,
-            };
+            });
             let found = metal.distance(&thin, 1e9, f64::NEG_INFINITY);
             assert!((found - wanted).abs() < 1e-5, "{found} {wanted}");
             let half = metal.distance(&thin, 0.5 * wanted, f64::NEG_INFINITY);

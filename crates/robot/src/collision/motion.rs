@@ -27,6 +27,11 @@ impl Gone {
         let [a, b] = distances;
         0.5 * (a + b - chord) - bend
     }
+
+    /// Two that are farther apart than some distance by this at both ends of a stretch are so all along, mm.
+    pub(super) fn room(gone: &[Gone]) -> f64 {
+        -Gone::least([0.0; 2], gone)
+    }
 }
 
 /// How far each body goes against the part, and against the arm's base.
@@ -55,11 +60,13 @@ pub(crate) struct Reach {
     /// The same, in the part.
     torch_in_part: Levers,
     links_in_part: Vec<Levers>,
+    /// Of what the base is.
+    still: Levers,
 }
 
 impl Reach {
-    /// Of bodies with levers so far beside the nozzle's axis, or from its torch, and beside the flange's, mm.
-    pub(super) fn of(cell: &Cell, [beside_nozzle, beside_flange]: [f64; 2]) -> Self {
+    /// Of bodies with levers so far beside the nozzle's axis, or from its torch, and of each link beyond its end, mm.
+    pub(super) fn of(cell: &Cell, beside_nozzle: f64, beside_links: [f64; 6]) -> Self {
         let arm = &cell.arm.chain;
         let joints = arm.joints.iter().map(|j| j.parent_from_joint.position);
         let offsets = joints.chain([arm.last_from_end.position]);
@@ -75,7 +82,7 @@ impl Reach {
         };
         let count = arm.joints.len();
         let link = |n: usize| {
-            let aside = if n == count { beside_flange } else { 0.0 };
+            let aside = beside_links.get(n - 1).copied().unwrap_or(0.0);
             Levers((0..n).map(|j| (Axis::Arm(j), lever(j, n, aside))).collect())
         };
         let held_at = Levers(
@@ -94,6 +101,7 @@ impl Reach {
                     links_in_part: links.iter().map(|l| l.after(cell, between)).collect(),
                     torch: held_at,
                     links,
+                    still: Levers::default(),
                 }
             }
             // the part goes with the arm: all of it turns against it
@@ -106,6 +114,7 @@ impl Reach {
                     torch_in_part: all.clone(),
                     links_in_part: vec![all; count],
                     links,
+                    still: Levers::default(),
                 }
             }
         }
@@ -114,13 +123,18 @@ impl Reach {
     /// How far the wire's tip may leave its chord in the part where every axis goes evenly from one place to another, mm, and how far the
     /// torch's turn may leave an even one, rad.
     pub(crate) fn tip(cell: &Cell, ends: [Values; 2]) -> [f64; 2] {
-        let reach = Reach::of(cell, [cell.torch_from_wire_tip.position.length(), 0.0]);
+        let reach = Reach::of(cell, cell.torch_from_wire_tip.position.length(), [0.0; 6]);
         let (levers, steps) = (&reach.torch_in_part, steps(ends));
         [levers.bend(&steps, 0.0), levers.turn_bend(&steps)]
     }
 
     /// How far bodies go from one place to the next.
-    pub(super) fn motion(&self, stretch: &Stretch<'_>, before: &[Bar], now: &[Bar]) -> BodiesGone {
+    pub(super) fn motion(
+        &self,
+        stretch: &Stretch<'_>,
+        before: &[Bar<'_>],
+        now: &[Bar<'_>],
+    ) -> BodiesGone {
         let [from, to] = stretch.ends;
         let steps = steps(stretch.ends.map(|end| Values::of(end.joints, end.external)));
         let of_torch = |body| match (body, self.arrangement) {
@@ -159,6 +173,7 @@ impl Reach {
             (&self.links, &self.torch)
         };
         match body {
+            Body::Link(0) if !in_part => &self.still,
             Body::Link(n) => links.get(usize::from(n).wrapping_sub(1)).unwrap_or(torch),
             _ => torch,
         }

@@ -6,7 +6,7 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::bodies::{Bar, Body, bars};
+use super::bodies::{Bar, Body, bars, beside_links};
 use super::distance::Bounds;
 use super::metal::Metal;
 use super::motion::{BodiesGone, Gone, Reach};
@@ -19,6 +19,9 @@ use crate::posture::{Follower, Held, NotHeld, Place, Stretch, Task};
 
 /// How often a stretch is halved at most: a step of 40 mm becomes one of a thousandth of a millimetre.
 const HALVINGS: u32 = 16;
+
+/// What is farther by this is so by more than rounding, mm.
+const ROUNDING: f64 = 1e-3;
 
 /// Greatest step of a joint between places of a joint move, rad, and of the track, mm.
 const JOINT_STEP: f64 = 0.01;
@@ -54,9 +57,9 @@ struct Pair {
 }
 
 /// Where everything is.
-struct At {
+struct At<'a> {
     place: Place,
-    bars: Vec<Bar>,
+    bars: Vec<Bar<'a>>,
 }
 
 /// What does not change on the way.
@@ -74,10 +77,10 @@ struct Scene<'a> {
 ///
 /// # Errors
 /// [`NotHeld`], where the program is not held after all.
-pub(super) fn pass(
-    task: &Task<'_>,
+pub(super) fn pass<'a>(
+    task: &'a Task<'_>,
     held: &Held,
-    around: &Surroundings<'_>,
+    around: &'a Surroundings<'_>,
     look: &mut impl Look,
 ) -> Result<(), NotHeld> {
     let scene = Scene {
@@ -86,13 +89,14 @@ pub(super) fn pass(
         pairs: around.pairs,
         reach: Reach::of(
             task.cell,
-            [around.shapes.nozzle[1], around.shapes.links[5]].map(|radius| BESIDE * radius),
+            BESIDE * around.shapes.nozzle[1],
+            beside_links(task.cell, around.shapes),
         ),
         table: table(task.cell, around),
         foot: foot(task.cell, around),
     };
     let mut rooms = Rooms::default();
-    let mut before: Option<At> = None;
+    let mut before: Option<At<'_>> = None;
     for (run, chain) in held.chains.iter().enumerate() {
         let mut follower = Follower::new(task, chain);
         let mut last = 0.0;
@@ -104,7 +108,7 @@ pub(super) fn pass(
             };
             let metal = (around.metal)(sample.command);
             let lengths = [last, sample.length];
-            let mut go = |stretch: &Stretch<'_>, before: &mut Option<At>| {
+            let mut go = |stretch: &Stretch<'_>, before: &mut Option<At<'a>>| {
                 let tip = stretch.ends[1].tip.position;
                 look.next(run, lengths, sample.command, tip);
                 let now = scene.at(stretch.ends[1]);
@@ -146,8 +150,8 @@ fn joint_move<'a>(task: &'a Task<'a>, from: Place, to: Place) -> Vec<Stretch<'a>
     pieces
 }
 
-impl Scene<'_> {
-    fn at(&self, place: Place) -> At {
+impl<'a> Scene<'a> {
+    fn at(&self, place: Place) -> At<'a> {
         let values = Values::of(place.joints, place.external);
         At {
             place,
@@ -159,7 +163,7 @@ impl Scene<'_> {
     fn stretch<'m>(
         &self,
         stretch: &Stretch<'_>,
-        [before, now]: [&At; 2],
+        [before, now]: [&At<'_>; 2],
         metal: &'m Metal,
         rooms: &mut Rooms<'m>,
         look: &mut impl Look,
@@ -181,7 +185,8 @@ impl Scene<'_> {
             let gone = motion.in_part[i];
             if may(Body::Metal) {
                 let below = look.below([b[i].body, Body::Metal]);
-                let to = |at: &[Bar], most: f64| metal.distance(&at[i].in_part, most, self.foot);
+                let to =
+                    |at: &[Bar<'_>], most: f64| metal.distance(&at[i].in_part, most, self.foot);
                 let found = rooms.metal[i]
                     .looked(gone, below, |now, most| to(if now { b } else { a }, most));
                 if let Some(distances) = found {
@@ -190,8 +195,8 @@ impl Scene<'_> {
             }
             if let Some(table) = self.table.as_ref().filter(|_| may(Body::Table)) {
                 let below = look.below([b[i].body, Body::Table]);
-                let found = rooms.table[i].looked(gone, below, |now, _| {
-                    to_table(table, &if now { b[i] } else { a[i] }.in_part)
+                let found = rooms.table[i].looked(gone, below, |now, most| {
+                    to_table(table, &if now { b[i] } else { a[i] }.in_part, most)
                 });
                 if let Some(distances) = found {
                     add(i, Other::Table, distances, look);
@@ -199,7 +204,11 @@ impl Scene<'_> {
             }
             for j in 0..b.len() {
                 if b[j].body > b[i].body && may(b[j].body) {
-                    let distances = [a, b].map(|at| at[i].in_base.apart(&at[j].in_base));
+                    // what is farther keeps farther on all of the stretch
+                    let most = look.below([b[i].body, b[j].body])
+                        + Gone::room(&[motion.in_base[i], motion.in_base[j]])
+                        + ROUNDING;
+                    let distances = [a, b].map(|at| at[i].in_base.apart(&at[j].in_base, most));
                     add(i, Other::Bar(j), distances, look);
                 }
             }
@@ -213,7 +222,7 @@ impl Scene<'_> {
     fn halve(
         &self,
         stretch: &Stretch<'_>,
-        (ends, metal): ([&At; 2], &Metal),
+        (ends, metal): ([&At<'_>; 2], &Metal),
         near: &[Pair],
         left: u32,
         look: &mut impl Look,
@@ -248,19 +257,19 @@ impl Scene<'_> {
         }
     }
 
-    fn distance(&self, pair: &Pair, at: &At, metal: &Metal) -> f64 {
+    fn distance(&self, pair: &Pair, at: &At<'_>, metal: &Metal) -> f64 {
         let one = &at.bars[pair.one];
         match (pair.other, &self.table) {
             (Other::Metal, _) => metal.distance(&one.in_part, f64::MAX, self.foot),
-            (Other::Table, Some(table)) => to_table(table, &one.in_part),
+            (Other::Table, Some(table)) => to_table(table, &one.in_part, f64::INFINITY),
             (Other::Table, None) => f64::INFINITY,
-            (Other::Bar(j), _) => one.in_base.apart(&at.bars[j].in_base),
+            (Other::Bar(j), _) => one.in_base.apart(&at.bars[j].in_base, f64::INFINITY),
         }
     }
 }
 
 /// Whether a pair must be looked at more finely on a stretch; else what is of interest was told.
-fn open(pair: &Pair, bars: &[Bar], motion: &BodiesGone, look: &mut impl Look) -> bool {
+fn open(pair: &Pair, bars: &[Bar<'_>], motion: &BodiesGone, look: &mut impl Look) -> bool {
     let bodies = pair.bodies(bars);
     let least = pair.least(motion);
     if least >= look.below(bodies) {
@@ -275,7 +284,7 @@ fn open(pair: &Pair, bars: &[Bar], motion: &BodiesGone, look: &mut impl Look) ->
 }
 
 impl Pair {
-    fn bodies(&self, bars: &[Bar]) -> [Body; 2] {
+    fn bodies(&self, bars: &[Bar<'_>]) -> [Body; 2] {
         let other = match self.other {
             Other::Metal => Body::Metal,
             Other::Table => Body::Table,

@@ -76,7 +76,7 @@ impl Round {
     }
 
     /// The point that lies farthest in a direction, of it if its ends are flat, else of its line.
-    fn foremost(&self, direction: DVec3) -> DVec3 {
+    pub(super) fn foremost(&self, direction: DVec3) -> DVec3 {
         let Segment { a, b } = self.line;
         let end = if a.dot(direction) >= b.dot(direction) {
             a

@@ -5,7 +5,7 @@ use meltpath_geometry::distance::Distance;
 use meltpath_geometry::math::DVec3;
 
 use super::distance::{Bounds, Segment, between};
-use super::round::Round;
+use super::form::Form;
 
 /// Things in one leaf.
 const LEAF: usize = 4;
@@ -101,14 +101,14 @@ impl Solids {
         }
     }
 
-    /// The distance of something round from what is there at a time, mm, where it is less than `most`; else no less than `most`. Zero or less
+    /// The distance of a body from what is there at a time, mm, where it is less than `most`; else no less than `most`. Zero or less
     /// where it lies in something.
-    pub(super) fn distance(&self, round: &Round, time: u32, most: f64) -> f64 {
+    pub(super) fn distance(&self, form: &Form<'_>, time: u32, most: f64) -> f64 {
         if self.nodes.is_empty() {
             return most;
         }
         let mut least = most;
-        let far = |node: usize| round.at_least_to(&self.nodes[node].bounds);
+        let far = |node: usize| form.at_least_to(&self.nodes[node].bounds);
         let mut stack = vec![(far(0), 0)];
         while let Some((box_distance, node)) = stack.pop() {
             let Node { since, kind, .. } = self.nodes[node];
@@ -123,12 +123,12 @@ impl Solids {
                 Kind::Leaf { first, count } => {
                     let there = self.items[first..first + count].iter();
                     let there = there.filter(|i| i.since <= time);
-                    least = there.fold(least, |least, i| least.min(i.shape.distance(round, least)));
+                    least = there.fold(least, |least, i| least.min(i.shape.distance(form, least)));
                 }
             }
         }
         // a mesh is hollow: what crosses its skin nowhere lies in it as a whole or not at all
-        if least > 0.0 && self.holds(round.line.a) {
+        if least > 0.0 && self.holds(form.point()) {
             return 0.0;
         }
         least
@@ -202,20 +202,14 @@ impl Shape {
         }
     }
 
-    /// The distance of something round, mm, where it is less than `most`; else no less than `most`.
-    fn distance(&self, round: &Round, most: f64) -> f64 {
+    /// The distance of a body, mm, where it is less than `most`; else no less than `most`.
+    fn distance(&self, form: &Form<'_>, most: f64) -> f64 {
         match self {
             Shape::Rod(Rod {
                 ends: [a, b],
                 radius,
-            }) => {
-                let line = Segment { a: *a, b: *b };
-                match round.at_least_to_segment(&line) - radius {
-                    far if far >= most => far,
-                    _ => round.to_segment(&line) - radius,
-                }
-            }
-            Shape::Triangle(corners) => round.to_face(corners, most),
+            }) => form.to_rod(&Segment { a: *a, b: *b }, *radius, most),
+            Shape::Triangle(corners) => form.to_face(corners, most),
         }
     }
 }
@@ -225,7 +219,7 @@ mod tests {
     use meltpath_geometry::shapes::cuboid;
     use meltpath_numerics::random::Random;
 
-    use super::super::round::Ends;
+    use super::super::round::{Ends, Round};
     use super::*;
 
     fn segment(random: &mut Random) -> Segment {
@@ -238,12 +232,12 @@ mod tests {
         }
     }
 
-    fn thin(line: Segment) -> Round {
-        Round {
+    fn thin(line: Segment) -> Form<'static> {
+        Form::Round(Round {
             line,
             radius: 0.0,
             ends: Ends::Round,
-        }
+        })
     }
 
     /// A box has a distance in closed form, inside too; rods that come later are not there before.

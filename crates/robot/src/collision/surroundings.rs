@@ -3,10 +3,10 @@
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use super::distance::{Bounds, Segment};
+use super::distance::Bounds;
+use super::form::Form;
 use super::metal::Metal;
 use super::pairs::Pairs;
-use super::round::Round;
 use crate::cell::{Arrangement, Cell, Shapes};
 
 /// What stands around a program while it is executed.
@@ -64,11 +64,11 @@ pub(super) fn table(cell: &Cell, around: &Surroundings<'_>) -> Option<(Pose, Bou
     Some((cell.carrier_from_part, bounds))
 }
 
-/// The distance of a body from the table, mm.
-pub(super) fn to_table((table_from_part, bounds): &(Pose, Bounds), round: &Round) -> f64 {
-    let line = Segment {
-        a: table_from_part.point(round.line.a),
-        b: table_from_part.point(round.line.b),
-    };
-    round.along(line).to_box(*bounds, f64::INFINITY)
+/// The distance of a body from the table, mm, where it is less than `most`; else no less than `most`.
+pub(super) fn to_table(
+    (table_from_part, bounds): &(Pose, Bounds),
+    form: &Form<'_>,
+    most: f64,
+) -> f64 {
+    form.seen_from(*table_from_part).to_box(*bounds, most)
 }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DMat3;
 
+use super::angles::whole;
 use super::chain::Chain;
 use super::numeric::{self, apart};
 use super::offset_wrist::OffsetWrist;
@@ -142,15 +143,13 @@ impl Arm {
         base_from_flange: Pose,
         joints: &[f64; 6],
     ) -> Result<[f64; 6], Unreachable> {
-        let beside = |angles: [f64; 6]| -> [f64; 6] {
-            std::array::from_fn(|i| angles[i] + TAU * ((joints[i] - angles[i]) / TAU).round())
-        };
+        let beside = |angles: [f64; 6]| beside(angles, joints);
         let far = |angles: [f64; 6]| apart(&beside(angles), joints);
         if let Some(candidates) = self.candidates(base_from_flange) {
             let candidates = candidates?;
-            let all = candidates.as_slice().iter();
-            let best = all.min_by(|a, b| far(a.angles).total_cmp(&far(b.angles)));
-            if let Some(best) = best {
+            let all = candidates.as_slice().iter().map(|c| (c, far(c.angles)));
+            let best = all.min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((best, _)) = best {
                 let solution = self.finish(*best).angles;
                 let [off, turned] = numeric::distance(self.forward(solution), base_from_flange);
                 if off < HELD[0] && turned < HELD[1] {
@@ -203,7 +202,7 @@ impl Arm {
         let mut angles = candidate.angles;
         for (i, joint) in self.chain.joints.iter().enumerate().take(6) {
             let middle = 0.5 * (joint.limits.low + joint.limits.high);
-            let turns = ((self.shown(angles)[i] - middle) / TAU).round();
+            let turns = whole((self.shown(angles)[i] - middle) / TAU);
             angles[i] -= TAU * turns;
         }
         let (margin, tightest) = self.margin(angles);
@@ -237,4 +236,9 @@ impl Arm {
         }
         ways
     }
+}
+
+/// The same angles at the turns nearest to where the joints are, rad.
+pub(crate) fn beside(angles: [f64; 6], joints: &[f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|i| angles[i] + TAU * whole((joints[i] - angles[i]) / TAU))
 }

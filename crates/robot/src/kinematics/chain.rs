@@ -50,14 +50,15 @@ pub struct Joint {
 impl Joint {
     /// The frame after the motion, in the frame of the joint before.
     fn moved(&self, value: f64) -> Pose {
-        let motion = match self.kind {
+        let parent = self.parent_from_joint;
+        match self.kind {
             JointKind::Revolute => Pose {
-                position: DVec3::ZERO,
-                orientation: DQuat::from_axis_angle(self.axis, value),
+                position: parent.position,
+                orientation: (parent.orientation * DQuat::from_axis_angle(self.axis, value))
+                    .normalize(),
             },
-            JointKind::Prismatic => Pose::at(self.axis * value),
-        };
-        self.parent_from_joint.then(motion)
+            JointKind::Prismatic => parent.then(Pose::at(self.axis * value)),
+        }
     }
 }
 

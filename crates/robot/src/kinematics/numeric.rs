@@ -5,6 +5,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DVec3};
 use meltpath_numerics::random::Random;
 
+use super::angles::whole;
 use super::chain::Chain;
 use super::solution::HELD;
 
@@ -47,7 +48,7 @@ pub fn apart(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     let turn = std::f64::consts::TAU;
     let differ = a.iter().zip(b).map(|(a, b)| {
         let d = a - b;
-        (d - turn * (d / turn).round()).abs()
+        (d - turn * whole(d / turn)).abs()
     });
     differ.fold(0.0, f64::max)
 }

@@ -4,16 +4,17 @@ use std::f64::consts::{PI, TAU};
 
 use meltpath_geometry::math::DVec3;
 
+use super::angles::whole;
 use super::solution::Unreachable;
 
 /// Distances that rounding may put beyond the reach, mm.
-const ROUNDING: f64 = 5e-7;
+pub(super) const ROUNDING: f64 = 5e-7;
 
 /// Points nearer to the shoulder or to the first axis, mm, count as on it: a root or a direction that takes half of the digits.
-const ON_SHOULDER: f64 = 1e-4;
+pub(super) const ON_SHOULDER: f64 = 1e-4;
 
 /// Below this the sine of an angle counts as zero: the arm is stretched or folded.
-const STRAIGHT: f64 = 1e-6;
+pub(super) const STRAIGHT: f64 = 1e-6;
 
 /// The two ways in which the links reach the point.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +93,7 @@ pub(super) fn reach([l1, l2]: [f64; 2], [x, y]: [f64; 2]) -> Result<Elbow, Unrea
 
 /// An angle in (-π, π], rad.
 pub(super) fn wrapped(angle: f64) -> f64 {
-    let turned = angle - TAU * (angle / TAU).round();
+    let turned = angle - TAU * whole(angle / TAU);
     if turned <= -PI { turned + TAU } else { turned }
 }
 

@@ -13,17 +13,20 @@ use crate::kinematics::Limits;
 const LEAST: f64 = 1e-12;
 /// Slopes below this are none, of the axis' units.
 const FLAT: f64 = 1e-12;
+/// Lines over y, or under it: two ends of a step, either way, of each axis, and what the next place keeps.
+const MOST: usize = 4 * AXES + 2;
 
 /// What a way asks of the axes.
-pub(crate) struct Asked<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
     /// Where each axis stands, evenly in the way's own time: rad or mm.
-    pub(crate) rows: &'a [[f64; AXES]],
+    pub rows: &'a [[f64; AXES]],
     /// Between rows, s.
-    pub(crate) step: f64,
+    pub step: f64,
     /// Rows at the begin, and at the end, that belong to what is before and after: there nothing is asked.
-    pub(crate) beside: [usize; 2],
+    pub beside: [usize; 2],
     /// What each axis can do.
-    pub(crate) limits: &'a [Option<Limits>; AXES],
+    pub limits: &'a [Option<Limits>; AXES],
 }
 
 /// `α y + β x ≤ γ`.
@@ -43,49 +46,78 @@ struct Slopes {
     off: f64,
 }
 
+/// The axes at a row.
+type Row = [Slopes; AXES];
+
 /// Squares of the greatest rates, for each row that is not beside; 1 where every axis keeps up.
-pub(crate) fn rates(asked: &Asked<'_>) -> Vec<f64> {
+///
+/// ```
+/// use meltpath_robot::cell::AXES;
+/// use meltpath_robot::kinematics::Limits;
+/// use meltpath_robot::pacing::{Asked, rates};
+/// // one axis that is asked for 2 rad/s and can do 1 rad/s
+/// let rows: Vec<[f64; AXES]> = (0..10).map(|i| [0.02 * f64::from(i); AXES]).collect();
+/// let mut limits = [None; AXES];
+/// limits[0] = Some(Limits { low: -3.0, high: 3.0, speed: Some(1.0), acceleration: Some(9.0) });
+/// let squares = rates(&Asked { rows: &rows, step: 0.01, beside: [0, 0], limits: &limits });
+/// assert!((squares[5] - 0.25).abs() < 1e-9);
+/// ```
+pub fn rates(asked: &Asked<'_>) -> Vec<f64> {
     let [before, after] = asked.beside;
     let Some(count) = asked.rows.len().checked_sub(before + after) else {
         return Vec::new();
     };
-    let caps: Vec<f64> = (0..count).map(|j| asked.cap(before + j)).collect();
-    let mut most = caps.clone();
+    let mut most = vec![1.0; count];
     // steps on which nothing is to be asked as long as the pace is full
     let mut idle = vec![false; count];
-    let mut lines: Vec<Line> = Vec::with_capacity(4 * AXES);
+    let mut lines: Vec<Line> = Vec::with_capacity(4 * AXES + 2);
+    let mut next = Row::default();
     // backwards: from where the next place's is kept
-    for j in (0..count.saturating_sub(1)).rev() {
-        asked.lines(before + j, &mut lines);
-        let keeps = |l: &Line| l.beta <= l.gamma;
-        if caps[j] >= 1.0 && most[j + 1] >= 1.0 && lines.iter().all(keeps) {
-            idle[j] = true;
-            continue;
+    for j in (0..count).rev() {
+        let here = asked.row(before + j);
+        let cap = asked.cap(before + j, &here);
+        most[j] = cap;
+        if let Some(&then) = most.get(j + 1) {
+            asked.lines([&here, &next], &mut lines);
+            let keeps = |l: &Line| l.beta <= l.gamma;
+            if cap >= 1.0 && then >= 1.0 && lines.iter().all(keeps) {
+                idle[j] = true;
+            } else {
+                let twice = 2.0 * asked.step;
+                lines.push(Line {
+                    alpha: twice,
+                    beta: 1.0,
+                    gamma: then,
+                });
+                lines.push(Line {
+                    alpha: -twice,
+                    beta: -1.0,
+                    gamma: 0.0,
+                });
+                most[j] = greatest(&lines, cap).max(LEAST);
+            }
         }
-        let twice = 2.0 * asked.step;
-        lines.push(Line {
-            alpha: twice,
-            beta: 1.0,
-            gamma: most[j + 1],
-        });
-        lines.push(Line {
-            alpha: -twice,
-            beta: -1.0,
-            gamma: 0.0,
-        });
-        most[j] = greatest(&lines, caps[j]).max(LEAST);
+        next = here;
     }
     let mut x = most.first().copied().unwrap_or(1.0);
+    // the row of which the slopes are known
+    let mut known: Option<(usize, Row)> = None;
     for j in 0..count.saturating_sub(1) {
         most[j] = x;
         if idle[j] && x >= 1.0 {
             continue;
         }
-        asked.lines(before + j, &mut lines);
+        let here = match known {
+            Some((row, slopes)) if row == j => slopes,
+            _ => asked.row(before + j),
+        };
+        let next = asked.row(before + j + 1);
+        asked.lines([&here, &next], &mut lines);
         let rises = lines.iter().filter(|l| l.alpha > FLAT);
         let y = rises.map(|l| (l.gamma - l.beta * x) / l.alpha);
         let y = y.fold(f64::INFINITY, f64::min);
         x = (x + 2.0 * asked.step * y).min(most[j + 1]).max(LEAST);
+        known = Some((j + 1, next));
     }
     if let Some(last) = most.last_mut() {
         *last = x;
@@ -94,6 +126,9 @@ pub(crate) fn rates(asked: &Asked<'_>) -> Vec<f64> {
 }
 
 /// The greatest x up to `cap` that leaves room for some y between the lines, all of which allow x = y = 0.
+///
+/// The least of what lies over y less the greatest of what lies under it is concave in x: from beyond its zero the crossing of the two lines
+/// that decide leads nearer, and in a few steps there.
 fn greatest(lines: &[Line], cap: f64) -> f64 {
     let mut x = cap;
     for line in lines {
@@ -101,17 +136,39 @@ fn greatest(lines: &[Line], cap: f64) -> f64 {
             x = x.min(line.gamma / line.beta);
         }
     }
-    let bound = |l: &Line| (l.gamma / l.alpha, -l.beta / l.alpha);
-    for low in lines.iter().filter(|l| l.alpha < -FLAT) {
-        for high in lines.iter().filter(|l| l.alpha > FLAT) {
-            let ((low, falls), (high, rises)) = (bound(low), bound(high));
-            // low + falls x ≤ high + rises x
-            if falls > rises {
-                x = x.min((high - low) / (falls - rises));
-            }
+    // over and under y: where they stand at x = 0, and how they go on
+    let mut bounds = [[(0.0, 0.0); MOST]; 2];
+    let mut counts = [0; 2];
+    for line in lines.iter().filter(|l| l.alpha.abs() > FLAT) {
+        let side = usize::from(line.alpha > 0.0);
+        if let Some(bound) = bounds[side].get_mut(counts[side]) {
+            *bound = (line.gamma / line.alpha, -line.beta / line.alpha);
+            counts[side] += 1;
         }
     }
-    x
+    let [lows, highs] = [0, 1].map(|side| bounds[side].get(..counts[side]).unwrap_or_default());
+    loop {
+        let at = |bound: &(f64, f64)| bound.0 + bound.1 * x;
+        let mut low = (f64::NEG_INFINITY, (0.0, 0.0));
+        for bound in lows {
+            let here = at(bound);
+            low = if here > low.0 { (here, *bound) } else { low };
+        }
+        let mut high = (f64::INFINITY, (0.0, 0.0));
+        for bound in highs {
+            let here = at(bound);
+            high = if here < high.0 { (here, *bound) } else { high };
+        }
+        let ((under, (low, falls)), (over, (high, rises))) = (low, high);
+        if under <= over || falls <= rises {
+            return x;
+        }
+        let crossing = (high - low) / (falls - rises);
+        if crossing >= x {
+            return x;
+        }
+        x = crossing;
+    }
 }
 
 impl Asked<'_> {
@@ -144,22 +201,34 @@ impl Asked<'_> {
         }
     }
 
+    /// How the axes that have limits go at a row.
+    fn row(&self, row: usize) -> Row {
+        std::array::from_fn(|axis| match self.limits[axis] {
+            Some(_) => self.slopes(row, axis),
+            None => Slopes::default(),
+        })
+    }
+
     fn gone(&self, row: usize, axis: usize) -> Option<f64> {
         Some(self.rows.get(row + 1)?[axis] - self.rows.get(row)?[axis])
     }
 
     /// The greatest square of the rate by speeds at a row, and by accelerations where the pace stays.
-    fn cap(&self, row: usize) -> f64 {
-        let of = (0..AXES).map(|axis| self.allowed(row, axis)[0]);
+    fn cap(&self, row: usize, slopes: &Row) -> f64 {
+        let of = (0..AXES).map(|axis| self.allowed_by(row, axis, slopes[axis])[0]);
         of.fold(1.0, f64::min).max(LEAST)
     }
 
     /// The greatest squares of the rate that an axis allows at a row: by its speed, and by its acceleration where the pace stays.
     pub(crate) fn allowed(&self, row: usize, axis: usize) -> [f64; 2] {
+        self.allowed_by(row, axis, self.slopes(row, axis))
+    }
+
+    /// The same, where the axis goes so.
+    fn allowed_by(&self, row: usize, axis: usize, slopes: Slopes) -> [f64; 2] {
         let Some(limits) = self.limits[axis] else {
             return [1.0; 2];
         };
-        let slopes = self.slopes(row, axis);
         let most = slopes.second.abs() + 5.0 * slopes.off;
         let steps = [row.checked_sub(1), Some(row)];
         let gone = steps.into_iter().flatten();
@@ -176,15 +245,15 @@ impl Asked<'_> {
         ]
     }
 
-    /// What accelerations allow on the step from a row to the next, at both of its ends.
-    fn lines(&self, row: usize, lines: &mut Vec<Line>) {
+    /// What accelerations allow on the step from a row to the next, at both of its ends; `ends` is how the axes go there.
+    fn lines(&self, ends: [&Row; 2], lines: &mut Vec<Line>) {
         lines.clear();
         let twice = 2.0 * self.step;
         for (axis, limits) in self.limits.iter().enumerate() {
             let Some(gamma) = limits.and_then(|l| l.acceleration) else {
                 continue;
             };
-            let [here, next] = [row, row + 1].map(|n| self.slopes(n, axis));
+            let [here, next] = ends.map(|row| row[axis]);
             for sign in [1.0, -1.0] {
                 let beta = sign * here.second + here.off;
                 lines.push(Line {
@@ -279,10 +348,10 @@ mod tests {
         assert_eq!(x[770], 1.0);
     }
 
-    /// On a grid sixteen times finer no axis goes or speeds up faster than it can.
+    /// On a grid a hundred times finer no axis goes or speeds up faster than it can.
     #[test]
     fn nothing_is_exceeded_between_rows() {
-        let (step, finer) = (0.004, 16);
+        let (step, finer) = (0.004, 100);
         let way = |t: f64| [0.4 * (3.0 * t).sin(), 0.3 * (2.0 * t * t).cos() + 0.2 * t];
         let count = 600;
         let row = |i: usize| {

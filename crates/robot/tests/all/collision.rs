@@ -1,6 +1,7 @@
 //! Torch and arm beside metal: distances that follow from the drawing, and bodies that touch.
 
 mod between;
+mod hulls;
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -10,7 +11,7 @@ use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_robot::cell::{self, Cell, Stance, Values};
+use meltpath_robot::cell::{self, Cell, Links, Stance, Values};
 use meltpath_robot::collision::{Body, Clearance, Closest, Metal, Surroundings, hold_clear, sweep};
 use meltpath_robot::posture::{Axes, Follower, Held, Rotation, Task, hold};
 use meltpath_robot::{Command, Smoothing, Source};
@@ -132,7 +133,10 @@ fn a_forearm_that_goes_on_behind_the_fourth_axis_is_held_against_the_torch() {
     let room = of_link_4(&slim);
     let mut thick = slim.clone();
     let shapes = thick.shapes.as_mut().unwrap();
-    shapes.links[3] += 20.0;
+    let Links::Bars(radii) = &mut shapes.links else {
+        panic!("{:?}", shapes.links);
+    };
+    radii[3] += 20.0;
     let less = of_link_4(&thick);
     assert!(less < room - 10.0, "{room} {less}");
 }

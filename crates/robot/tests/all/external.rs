@@ -311,3 +311,54 @@ fn a_hundred_thousand_points() {
     let fastest = held.margins.speed.unwrap().value;
     assert!(fastest <= 1.0, "{fastest}");
 }
+
+/// Most memory that this process held, MiB, where the system tells it.
+fn most_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kibibytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes / 1024.0)
+}
+
+/// A wall laid to and fro, the arm alone with the torch's rotation free; time and memory are printed. Run by itself.
+fn points_of_a_wall(layers: u32, chords: u32) {
+    let cell = with("fanuc-arcmate-120ic", "");
+    let layer = |k: u32| {
+        (0..=chords).map(move |i| {
+            let share = f64::from(i) / f64::from(chords);
+            let x = if k.is_multiple_of(2) {
+                share
+            } else {
+                1.0 - share
+            };
+            let wave = 20.0 * (8.0 * x).sin();
+            let place = DVec3::new(300.0 * (x - 0.5), wave, 0.2 * f64::from(k));
+            (place, DVec3::Z)
+        })
+    };
+    let points: Vec<_> = (0..layers).flat_map(layer).collect();
+    let program = beads(&points);
+    let before = most_memory();
+    let since = Instant::now();
+    let held = hold(&task(&cell, &program, Axes::Standing), &Silent).unwrap();
+    let taken = since.elapsed().as_secs_f64();
+    let least = held.margins.limit.unwrap().value;
+    assert!(least > 0.0, "{least}");
+    println!(
+        "{} points: {taken:.1} s, {before:?} to {:?} MiB",
+        points.len(),
+        most_memory()
+    );
+}
+
+#[test]
+#[ignore = "takes some seconds"]
+fn a_hundred_thousand_points_of_a_wall() {
+    points_of_a_wall(100, 999);
+}
+
+#[test]
+#[ignore = "takes a minute"]
+fn a_million_points_of_a_wall() {
+    points_of_a_wall(1000, 999);
+}

@@ -1,5 +1,6 @@
 //! Arms against what stands outside: poses of an independent library, a real controller's record, data sheets' reach, searches.
 mod adversarial;
+mod batch;
 mod configuration;
 mod frames;
 mod urdf;

@@ -21,6 +21,9 @@ const SMALL_STEP: f64 = 1e-6;
 const SWINGING: f64 = 0.2;
 /// Swings below this share of the step have settled.
 const SETTLED: f64 = 1e-3;
+/// Both where the controller runs in whole numbers: what is smaller is lost in their rounding, and about the end they keep wandering by a few
+/// of them, as a stable loop does.
+const OF_WORDS: [f64; 2] = [1e-2, 1e-2];
 
 /// The angle sensor.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -197,7 +200,12 @@ impl Axis {
         let mut smooth = self.clone();
         smooth.motor.friction = Friction::None;
         smooth.encoder = Encoder::default();
-        let step = SMALL_STEP * self.travel;
+        let [share, settled] = if self.controller.rounds_signals() {
+            OF_WORDS
+        } else {
+            [SMALL_STEP, SETTLED]
+        };
+        let step = share * self.travel;
         let samples = (SWINGING / period).ceil() as usize;
         let angle = smooth
             .start(period, 0.0, 1)?
@@ -212,7 +220,7 @@ impl Axis {
         };
         let (before, _) = swing(samples / 4, samples / 2);
         let (after, middle) = swing(samples - samples / 4, samples);
-        if after > SETTLED * step && (after > before || after > 10.0 * step) {
+        if after > settled * step && (after > before || after > 10.0 * step) {
             let last = angle.get(samples - samples / 4..).unwrap_or_default();
             let turns = last
                 .windows(2)

@@ -3,7 +3,7 @@
 //! Source: Rasoanarivo 2020, fig. 2.26-2.29, eq. 2.26-2.27 (cascade) and fig. 3.7 (a state-space controller in place of the
 //! speed and position regulators, current regulator and current feed-forward kept).
 
-use meltpath_control::export::{Exported, RunningExport};
+use meltpath_control::export::{Exported, RunningExport, Word};
 use meltpath_control::simulate::Running;
 use meltpath_control::{Domain, StateSpace};
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,13 @@ pub struct FeedForward {
     pub inertia_over_torque: f64,
 }
 
+impl FeedForward {
+    /// K2 J/Kc: current for the set-point's acceleration, A·s²/rad.
+    pub fn acceleration_gain(&self) -> f64 {
+        self.current * self.inertia_over_torque
+    }
+}
+
 /// The gains of the cascade, per degree or per radian.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -99,6 +106,19 @@ pub enum Controller {
     Cascade(CascadeGains),
     /// A sampled controller in place of the position and speed loops.
     Sampled(SampledController),
+}
+
+impl Controller {
+    /// Whether it keeps its signals in whole numbers of a unit: an export to a word of fixed point.
+    pub fn rounds_signals(&self) -> bool {
+        match self {
+            Controller::Sampled(SampledController {
+                form: SampledForm::Exported(exported),
+                ..
+            }) => matches!(exported.word, Word::Fixed { .. }),
+            Controller::Sampled(_) | Controller::Cascade(_) => false,
+        }
+    }
 }
 
 /// A sampled controller from error angle to current set-point, behind it the current regulator, beside it the feed-forward.
@@ -311,7 +331,7 @@ impl Cascade {
             forward_speed: Derivative::new(ff.filter, period, angle),
             forward_acceleration: Derivative::new(ff.filter, period, 0.0),
             k1: ff.speed,
-            k2: ff.current * ff.inertia_over_torque,
+            k2: ff.acceleration_gain(),
         })
     }
 }
@@ -405,7 +425,7 @@ impl Sampled {
             output: 0.0,
             forward_speed: Derivative::new(forward.filter, period, angle),
             forward_acceleration: Derivative::new(forward.filter, period, 0.0),
-            k2: forward.current * forward.inertia_over_torque,
+            k2: forward.acceleration_gain(),
             limit: limits.current,
             current_regulator: Regulator::new(
                 current.gain,
@@ -417,18 +437,26 @@ impl Sampled {
     }
 }
 
-impl Law for Sampled {
+impl Sampled {
+    /// The set-point of the current, A, for a set-point and a measured angle, rad: the law and the feed-forward of acceleration, cut.
     #[inline]
-    fn step(&mut self, reference: f64, measured: Measured) -> f64 {
+    pub fn current(&mut self, reference: f64, angle: f64) -> f64 {
         if self.count == 0 {
-            let error = (reference - measured.angle) * self.per_radian;
+            let error = (reference - angle) * self.per_radian;
             self.output = self.system.step(error);
             self.count = self.every;
         }
         self.count -= 1;
         let reference_speed = self.forward_speed.step(reference);
         let forward = self.k2 * self.forward_acceleration.step(reference_speed);
-        let wanted = (self.output + forward).clamp(-self.limit, self.limit);
+        (self.output + forward).clamp(-self.limit, self.limit)
+    }
+}
+
+impl Law for Sampled {
+    #[inline]
+    fn step(&mut self, reference: f64, measured: Measured) -> f64 {
+        let wanted = self.current(reference, measured.angle);
         self.current_regulator.act(wanted - measured.current, 0.0)
     }
 }

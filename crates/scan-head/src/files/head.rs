@@ -17,6 +17,10 @@ use meltpath_base::{Angle, Length, Pure, Time, choice, table};
 
 /// Largest radius of a waist that melts metal, mm: a beam of several millimetres leaves the lens.
 const WIDEST: f64 = 2.0;
+/// Wavelengths of lasers that melt metal or mark it, mm: from the ultraviolet to carbon dioxide and beyond.
+const SHORTEST_WAVE: f64 = 1e-4;
+/// The longest.
+const LONGEST_WAVE: f64 = 0.02;
 
 table! {
     /// A scan head: its mirrors, its optics, its axes, and the plate on which recipes are compared.
@@ -128,7 +132,7 @@ table! {
         /// Radius of the waist.
         waist: Sourced<Length> where up_to(WIDEST) => required;
         /// Wavelength.
-        wavelength: Sourced<Length> where positive => required;
+        wavelength: Sourced<Length> where within(SHORTEST_WAVE, LONGEST_WAVE) => required;
         /// Beam quality M².
         quality: Sourced<Pure> where within(1.0, 1000.0) => required;
     }
@@ -214,6 +218,8 @@ pub struct HeadData {
     pub misfits: [Option<f64>; 3],
     /// How well the friction of X, Y and Z is known; nothing where their motors are not.
     pub drag: [KnownDrag; 3],
+    /// The dotted names of what else is a guess by its own source.
+    pub guesses: Vec<String>,
 }
 
 /// Optical angle to either side beyond which no F-theta objective is taken for one, rad.
@@ -338,6 +344,12 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
         drag: [&file.x, &file.y, &file.z]
             .map(|axis| axis.as_ref().map(|t| t.friction_keys().known()))
             .map(Option::unwrap_or_default),
+        guesses: file
+            .servo
+            .as_ref()
+            .into_iter()
+            .filter_map(crate::files::servo::guesses)
+            .collect(),
     })
 }
 

@@ -21,7 +21,7 @@ table! {
         /// The same step: in which time it settles within a thousandth of the field.
         step_time: Sourced<Time> where positive => none("no step is told");
         /// What the data sheet leaves out of the spot's place (friction, dither, repeatability, drift), as one standard deviation.
-        left_out: Sourced<Length> where positive => none("not known: contours that come out well cannot be said");
+        left_out: Sourced<Length> where positive => none("not known: contours and fills that come out well cannot be said");
         /// Bits of a set-point over the field.
         bits: usize where within(8.0, 32.0) => none("set-points as fine as numbers are");
     }
@@ -31,6 +31,13 @@ table! {
 const BEYOND: f64 = 1.1;
 /// The share of the field within which a data sheet's step has settled.
 const SETTLED: f64 = 1e-3;
+
+/// The dotted names of figures that decide where the spot is and are a guess by their own source.
+pub(super) fn guesses(table: &ServoTable) -> Option<String> {
+    let left_out = table.left_out.as_ref()?;
+    let guess = left_out.source.to_lowercase().contains("guess");
+    guess.then(|| table.left_out.name.clone())
+}
 
 /// The axes X and Y of a head with this geometry and half a field, mm, sampled every `period` s.
 pub(super) fn read_servos(

@@ -66,7 +66,9 @@ meltpath_base::passes_on! {
         },
         /// The best controller found does not serve every motor.
         #[error(
-            "the best controller found does not serve the motor with its modes at {shift} times their pulsation and {delay} s of delay (modulus margin {margin:.2}, stable: {stable}): narrow the spread or ask for less"
+            "the best controller found does not serve the motor with its modes at {shift} times their pulsation and {} µs of delay ({}; its closed loop's largest gain is {resonance:.2}, {most:.2} are allowed): narrow the spread or ask for less",
+            1e6 * delay,
+            if *stable { format!("distance to the critical point {margin:.2}, {least:.2} are asked for") } else { "unstable".to_owned() }
         )]
         OutOfReach {
             /// Factor on the modes.
@@ -75,6 +77,12 @@ meltpath_base::passes_on! {
             delay: f64,
             /// Modulus margin there.
             margin: f64,
+            /// The one asked for.
+            least: f64,
+            /// Largest gain of the closed loop there.
+            resonance: f64,
+            /// The largest allowed.
+            most: f64,
             /// Whether it is stable there.
             stable: bool,
         },
@@ -148,6 +156,10 @@ pub fn search(
     let pace = bandwidth / 3000.0;
     let worth = command_unit(motor, unit, bandwidth);
     let cost = |x: &[f64]| -> f64 {
+        // the rest of a round that was stopped costs nothing
+        if observer.check().is_err() {
+            return f64::INFINITY;
+        }
         let Some(targets) = targets(x, changes, sampling, worth) else {
             return f64::INFINITY;
         };
@@ -178,6 +190,9 @@ pub fn search(
             shift: bad.mode_shift,
             delay: bad.delay,
             margin: bad.modulus_margin,
+            least: spread.modulus_margin,
+            resonance: bad.resonance,
+            most: spread.resonance,
             stable: bad.stable,
         });
     }

@@ -12,6 +12,7 @@ mod contour_error;
 mod controller_file;
 mod controllers;
 mod data_sheet;
+mod drive_source;
 mod friction_range;
 mod geometry;
 mod h_infinity;

@@ -76,8 +76,15 @@ fn a_candidate_is_judged_as_a_run_with_its_delays() {
     let found = search(&problem, &hasty, &Silent).unwrap();
     for c in &found.tried {
         println!(
-            "{:.4} s, share {:.3}, fill {:.3}, unlit {:.4} of {:.4} mm, within {}",
-            c.duration, c.contour_share, c.fill_rate, c.unlit, found.most_unlit, c.within
+            "{:.4} s, share {:.3}, fill {:.3}, unlit {:.4} of {:.4} mm, stray {:.4} of {:.4} mm, within {}",
+            c.duration,
+            c.contour_share,
+            c.fill_rate,
+            c.unlit,
+            found.most_unlit,
+            c.stray,
+            c.most_stray,
+            c.within
         );
     }
     let best = found.best.as_ref().unwrap();

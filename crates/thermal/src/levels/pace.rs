@@ -69,12 +69,7 @@ pub(super) struct Pace {
 
 impl Pace {
     pub(super) fn new(material: &Material, curve: &Enthalpy) -> Self {
-        let fresh = material.relative_density(material.start);
-        // beside dense metal a powder cell conducts by the harmonic mean but stores only its own share
-        let [a, b] = material.powder_conduction();
-        let share = a + b * fresh;
-        let contrast = (2.0 * share / (share + 1.0) / fresh).max(1.0);
-        let mut worst = curve.diffusivity_solid * contrast;
+        let mut worst = curve.diffusivity_solid * material.powder_contrast();
         let mut largest = vec![worst];
         while worst < curve.diffusivity_max && largest.len() < 1000 {
             let kelvin = material.start + EVERY * largest.len() as f64;

@@ -6,12 +6,17 @@
 //! step can jump over the latent heat.
 
 use crate::material::Material;
+use crate::material::law::straight_pieces;
 use crate::numeric::real::Real;
 use meltpath_numerics::halving;
 
 const SOLID_ORDER: usize = 4;
 const LIQUID_ORDER: usize = 5;
 const MELTING_PIECES: usize = 8;
+/// Corners of the powder's conductivity between fresh and dense.
+pub(crate) const BENDS: usize = 4;
+/// Cells whose sums over all pieces of melting are kept in registers; divides the number of cells that are asked for together.
+const TOGETHER: usize = 16;
 /// Where the tables end, K: above the boiling points of the metals in use; beyond, laws go on in straight lines.
 const CEILING: f64 = 4500.0;
 /// How far below the start temperature they begin, K.
@@ -113,10 +118,26 @@ impl<R: Real> Piecewise<R> {
         if melting == 0 {
             return;
         }
-        for (knot, bend) in self.knots.iter().zip(&self.bends) {
-            for i in 0..N {
-                out[i] += *bend * (g[i].smaller(self.liquidus) - *knot).larger(R::ZERO);
+        const { assert!(N.is_multiple_of(TOGETHER)) };
+        // a register's worth of cells at a time: sums stay in it over all pieces
+        let knots = self.knots;
+        let bends = self.bends;
+        for (g, out) in g
+            .as_chunks::<TOGETHER>()
+            .0
+            .iter()
+            .zip(out.as_chunks_mut::<TOGETHER>().0)
+        {
+            let (mut below, mut sum) = ([R::ZERO; TOGETHER], *out);
+            for i in 0..TOGETHER {
+                below[i] = g[i].smaller(self.liquidus);
             }
+            for n in 0..MELTING_PIECES {
+                for i in 0..TOGETHER {
+                    sum[i] += bends[n] * (below[i] - knots[n]).larger(R::ZERO);
+                }
+            }
+            *out = sum;
         }
         for i in 0..N {
             let over = g[i].larger(self.liquidus).smaller(self.ceiling) - self.liquidus;
@@ -154,6 +175,8 @@ pub(crate) struct Formulas<R> {
     start_density: R,
     density: [R; SOLID_ORDER],
     conduction: [R; 2],
+    /// Where the slope of the conduction changes, and by how much.
+    bends: [[R; 2]; BENDS],
 }
 
 impl<R: Real> Formulas<R> {
@@ -190,7 +213,11 @@ impl<R: Real> Formulas<R> {
     /// Share of the dense conductivity at relative density `r`.
     #[inline(always)]
     pub(crate) fn conduction(&self, r: R) -> R {
-        self.conduction[0] + self.conduction[1] * r
+        let mut share = self.conduction[0] + self.conduction[1] * r;
+        for [knot, bend] in self.bends {
+            share += bend * (r - knot).larger(R::ZERO);
+        }
+        share
     }
 
     /// `g` at the solidus, J/mm³.
@@ -206,6 +233,7 @@ impl<R: Real> Formulas<R> {
             start_density: one(self.start_density),
             density: self.density.map(one),
             conduction: self.conduction.map(one),
+            bends: self.bends.map(|bend| bend.map(one)),
         }
     }
 }
@@ -343,7 +371,8 @@ impl Enthalpy {
                 },
                 start_density: 0.0,
                 density: [0.0; SOLID_ORDER],
-                conduction: material.powder_conduction(),
+                conduction: [0.0, 1.0],
+                bends: [[0.0; 2]; BENDS],
             },
             fit_error: 0.0,
             kelvin,
@@ -373,6 +402,7 @@ impl Enthalpy {
             let kelvin = self.temperature(g).min(material.solidus - 1e-6);
             material.relative_density(kelvin) - start_density
         });
+        let (conduction, bends) = straight_pieces(&material.powder_conduction());
         Formulas {
             kirchhoff: self.piecewise(
                 material,
@@ -381,7 +411,8 @@ impl Enthalpy {
             ),
             start_density,
             density,
-            conduction: material.powder_conduction(),
+            conduction,
+            bends,
         }
     }
 

@@ -1,12 +1,19 @@
 //! Materials from TOML files in which every number carries its unit and its source.
 
+mod powder;
+mod units;
+
 use std::collections::BTreeMap;
 
 use meltpath_base::number::significant;
 use meltpath_base::settings::{self, Datum, Many, Problem, Problems, UnitOf, broken, nearest};
-use meltpath_base::{Density, Pure, Temperature, choice, quantity, table};
+use meltpath_base::{Density, Pure, Temperature, choice, table};
 use toml::de::{DeTable, DeValue};
 
+pub use self::powder::{PowderConductivityTable, PowderReading};
+pub use self::units::{
+    Conductivity, MolarEnergy, MolarMass, Ra, SpecificEnergy, SpecificHeat, Tension,
+};
 use crate::material::law::Law;
 use crate::material::vapour::{Component, Evaporation};
 use crate::material::{CELSIUS, LatentShape, Material, Powder, PowderConduction, Roughness};
@@ -34,8 +41,8 @@ pub struct Readings {
     pub density: DensityReading,
     /// Initial porosity in place of the file's, 0 to 1; only for [`PorosityReading::Physical`].
     pub initial_porosity: Option<f64>,
-    /// Share of the solid's conductivity that fresh powder has, in place of its relative density.
-    pub powder_conductivity: Option<f64>,
+    /// How powder conducts.
+    pub powder: PowderReading,
 }
 
 impl Default for Readings {
@@ -44,46 +51,10 @@ impl Default for Readings {
             porosity: PorosityReading::Physical,
             density: DensityReading::Corrected,
             initial_porosity: None,
-            powder_conductivity: None,
+            powder: PowderReading::ByDensity,
         }
     }
 }
-
-quantity!(
-    /// A specific heat, J/(kg·K) inside.
-    SpecificHeat, "specific heat", "J/(kg·K)",
-    [("J/(kg·K)", 1.0)]
-);
-quantity!(
-    /// A thermal conductivity, W/(m·K) inside.
-    Conductivity, "thermal conductivity", "W/(m·K)",
-    [("W/(m·K)", 1.0)]
-);
-quantity!(
-    /// An energy per mass, J/kg inside.
-    SpecificEnergy, "energy per mass", "J/kg",
-    [("J/kg", 1.0), ("kJ/kg", 1e3)]
-);
-quantity!(
-    /// A molar mass, kg/mol inside.
-    MolarMass, "molar mass", "kg/mol",
-    [("kg/mol", 1.0), ("g/mol", 1e-3)]
-);
-quantity!(
-    /// An energy per amount of substance, J/mol inside.
-    MolarEnergy, "energy per mole", "J/mol",
-    [("J/mol", 1.0), ("kJ/mol", 1e3)]
-);
-quantity!(
-    /// A surface tension, N/m inside.
-    Tension, "surface tension", "N/m",
-    [("N/m", 1.0), ("mN/m", 1e-3)]
-);
-quantity!(
-    /// A roughness, µm inside.
-    Ra, "roughness", "µm",
-    [("µm", 1.0)]
-);
 
 table! {
     /// What a material does with heat. Every number names one of `sources`.
@@ -112,6 +83,8 @@ table! {
         density: DensityTable => required;
         /// Porosity of powder.
         porosity: PorosityTable => required;
+        /// Conductivity of powder as it was measured, beside that by its density.
+        powder_conductivity: PowderConductivityTable => none("not measured: by its density");
         /// Emissivity.
         emissivity: EmissivityTable => required;
         /// Temperature of the heat shield above the bed; kept beside the laws because sources state them together.
@@ -361,14 +334,13 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, Problems> {
             file.density.printed.as_ref().ok_or_else(missing)?
         }
     };
-    let conduction = match readings.powder_conductivity {
-        None => PowderConduction::Proportional,
-        Some(share) if share > 0.0 && share <= 1.0 => PowderConduction::Ratio(share),
-        Some(share) => {
-            let message = format!(
-                "powder_conductivity is {share}: it is a share of the solid's, above 0 and at most 1"
-            );
-            return Err(Problem::new(message).into());
+    let conduction = match readings.powder {
+        PowderReading::ByDensity => PowderConduction::Proportional,
+        PowderReading::Measured => {
+            let measured = file.powder_conductivity.as_ref();
+            let missing = "the powder's conductivity is to be \"measured\", and the material file has no [powder_conductivity]";
+            let measured = measured.ok_or_else(|| file.conductivity.problem(missing))?;
+            measured.law(&file.conductivity.solid.law())?
         }
     };
     let latent = &file.latent;

@@ -58,9 +58,37 @@ impl Law {
     }
 }
 
+/// Straight pieces through corners as the first one, `a + b x`, and the changes of its slope. Corners beyond `N` and the two ends are left
+/// out.
+pub(crate) fn straight_pieces<const N: usize>(corners: &[[f64; 2]]) -> ([f64; 2], [[f64; 2]; N]) {
+    let slope = |pair: &[[f64; 2]]| (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0]);
+    let mut bends = [[0.0; 2]; N];
+    for (bend, three) in bends.iter_mut().zip(corners.windows(3)) {
+        *bend = [three[1][0], slope(&three[1..]) - slope(&three[..2])];
+    }
+    let first = corners.get(..2).map_or(1.0, slope);
+    let [x, y] = corners.first().copied().unwrap_or([0.0, 0.0]);
+    ([y - first * x, first], bends)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Law;
+    use super::{Law, straight_pieces};
+
+    #[test]
+    fn pieces_pass_through_their_corners() {
+        let corners = [[0.5, 0.1], [0.7, 0.2], [0.9, 0.8], [1.0, 1.0]];
+        let ([a, b], bends) = straight_pieces::<4>(&corners);
+        for [x, y] in corners {
+            let bent = bends.map(|[knot, bend]| bend * (x - knot).max(0.0));
+            let found = a + b * x + bent.iter().sum::<f64>();
+            assert!((found - y).abs() < 1e-12, "{x}: {found} {y}");
+        }
+        assert_eq!(
+            straight_pieces([[0.0, 0.0], [1.0, 1.0]].as_slice()),
+            ([0.0, 1.0], [[0.0; 2]; 4])
+        );
+    }
 
     #[test]
     fn a_table_is_straight_between_and_flat_outside() {

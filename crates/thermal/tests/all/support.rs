@@ -13,7 +13,7 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::levels::{BEND, Setup};
 use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::law::Law;
-use meltpath_thermal::material::{CELSIUS, Material, PowderConduction};
+use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::source::Depth;
 use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::watch::Watch;
@@ -28,7 +28,6 @@ pub(crate) fn titanium() -> Material {
 pub(crate) fn dense_titanium() -> Material {
     let mut material = titanium();
     material.powder.relative_density = Law::constant(1.0);
-    material.powder.conduction = PowderConduction::Ratio(1.0);
     material
 }
 

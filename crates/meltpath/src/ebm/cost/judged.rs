@@ -1,6 +1,7 @@
 //! What the judge costs: the time of its runs and of the rounds of `[correct]`, and the memory that they take at once.
 
 use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::judgement::Variant;
 use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::material::Material;
@@ -13,8 +14,8 @@ use crate::ebm::plan::{Plan, Window};
 use crate::ebm::settings::Judge;
 
 /// Time of computing of the judge's finest run for a second of the path with the beam on, s of one core, on cells of `CELL` mm and
-/// layers of `LAYER` mm: 36 s on a square of 10 mm, 38 s in the mean of 25 m. With `OTHERS` it gives the 137 s that the triangle of
-/// the examples took.
+/// layers of `LAYER` mm: 36 s on a square of 10 mm, 38 s in the mean of 25 m. With nine of `OTHER` it gives the 137 s that the
+/// triangle of the examples took.
 const JUDGED: f64 = 37.0;
 /// The same for a second with the beam off, when most tiles sleep: 12.8 s for all runs of 10 s on a region of 4 x 2 mm.
 const DARK: f64 = 0.5;
@@ -31,8 +32,10 @@ const EVEN: (f64, f64) = (0.2, 6.0);
 /// Time of computing of all runs of the judge for a second of what lies between two layers, s of one core, on cells of `CELL` mm. An
 /// estimate.
 const RESTED: f64 = 1.5;
-/// What all other runs of the judge take beside the finest one: nine, on cells twice as large. An estimate.
-const OTHERS: f64 = 1.5;
+/// What each other run of the judge takes beside the finest one, on cells twice as large. An estimate.
+const OTHER: f64 = 1.5 / 9.0;
+/// How many of these there are.
+const OTHERS: usize = Variant::ALL.len() - 1;
 
 /// Largest diffusivity of the solid metal that it was measured on, Ti6Al4V, mm²/s: metals that conduct better take shorter steps.
 const DIFFUSIVITY: f64 = 8.6;
@@ -116,16 +119,19 @@ fn conducting(material: &Material) -> f64 {
     })
 }
 
-/// Seconds of one core that the rounds of `[correct]` take, each drawn once more than there are corrections.
+/// Seconds of one core that the rounds of `[correct]` take, each drawn once more than there are corrections, on the
+/// coarse cells with other aims too, and all with three powers where paths are to be robust.
 pub(super) fn corrected(plan: &Plan, judge: &Judge, correct: &Correct) -> f64 {
-    let drawings = |rounds: u32| match rounds {
+    let drawings = |rounds: u32, aims: u32| match rounds {
         0 => 0.0,
-        some => f64::from(some) + 1.0,
+        some => f64::from(some + 1 + aims),
     };
-    let [coarse, finest] = correct.rounds.map(drawings);
+    let [coarse, finest] = correct.rounds;
+    let (coarse, finest) = (drawings(coarse, correct.aims), drawings(finest, 0));
+    let powers = correct.robust.map_or(1.0, |_| 3.0);
     let fineness = Fineness::of(judge, plan.settings.job.ebm.layer.0);
-    fineness.finest(Seconds::of([&plan.path]), &plan.settings.material)
-        * (coarse * OTHERS / 9.0 + finest)
+    let once = fineness.finest(Seconds::of([&plan.path]), &plan.settings.material);
+    once * powers * (coarse * OTHER + finest)
 }
 
 /// Seconds of one core that the judge takes: as asked, and with all that moves it, for the path and the good body.
@@ -139,7 +145,9 @@ pub(super) fn judged(plan: &Plan, judge: &Judge) -> f64 {
         Seconds::default()
     };
     let finest = |paths| fineness.finest(paths, &plan.settings.material);
-    finest(Seconds::of(plan.drawn())) * (1.0 + OTHERS) + finest(given) + rested(plan, judge)
+    finest(Seconds::of(plan.drawn())) * (1.0 + OTHER * OTHERS as f64)
+        + finest(given)
+        + rested(plan, judge)
 }
 
 /// Seconds of one core that layers take to cool on each other, those of a good body too.

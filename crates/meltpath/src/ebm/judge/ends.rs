@@ -209,7 +209,7 @@ pub(in crate::ebm) fn tell_of_window(
                 settings.material.name
             ),
             match settings.window {
-                Good::Limits(_) => "a lower window.low",
+                Good::Limits { .. } => "a lower window.low",
                 Good::Path { .. } | Good::Body { .. } => {
                     "a good body, and the path, drawn with less current, faster, or with lines further apart"
                 }

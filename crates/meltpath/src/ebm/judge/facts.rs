@@ -7,6 +7,8 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::surface::Surface;
 
 use crate::ebm::gun::drawn as at_gun;
+use crate::ebm::judge::drift::Drift;
+use crate::ebm::judge::edge;
 use crate::ebm::judge::ends::Passed;
 use crate::ebm::judge::{JudgedPath, Run, of_all};
 use crate::ebm::plan::Plan;
@@ -197,6 +199,9 @@ pub(in crate::ebm) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
                 .into_iter()
                 .flatten(),
         );
+        let asked = plan.settings.job.checks.drift.as_ref().map(|d| d.0);
+        facts.extend(Drift::of(path, asked).map(|drift| drift.fact()));
+        facts.extend(edge::fact(plan, outcome.path(plan), path));
         facts.extend(path.ends.fact());
         facts.extend(path.ends.passed.iter().filter_map(Passed::fact));
         facts.extend(vapour(&plan.settings, path));

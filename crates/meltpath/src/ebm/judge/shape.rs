@@ -4,7 +4,10 @@ use meltpath_base::Reporter;
 
 use meltpath_thermal::criteria::Class;
 
+use crate::ebm::correct::Correct;
+use crate::ebm::correct::rounds::Corrected;
 use crate::ebm::judge::{Judged, JudgedPath, of_all};
+use crate::ebm::optimise::search::Found;
 
 /// Warns where a path that was looked for inside the contour melts more outside than the given one.
 pub(in crate::ebm) fn tell_of_shape(judged: &Judged, reporter: &Reporter) {
@@ -68,5 +71,58 @@ pub(in crate::ebm) fn tell_of_loss(judged: &Judged, reporter: &Reporter) {
             worse.join(", ")
         ),
         "the path as given: leave [optimise] out, or [correct] in its place, which looks at what the checks count",
+    );
+}
+
+/// Warns where much of what a search changed stands at the least or the greatest factor that it may take: the bounds decided, not the search.
+pub(in crate::ebm) fn tell_of_bounds(found: &Found, bounds: [f64; 2], reporter: &Reporter) {
+    /// Share of what was changed that is worth a word.
+    const WORTH: f64 = 0.25;
+    let Some(at) = found.at_bounds else {
+        return;
+    };
+    let told = at.into_iter().zip(bounds).zip(["least", "greatest"]);
+    let told = told.filter(|((share, _), _)| *share > WORTH);
+    let told: Vec<String> = told
+        .map(|((share, bound), which)| {
+            format!(
+                "{:.0} % of what was changed stand at {:.0} %, the {which} that optimise.speeds allows",
+                100.0 * share,
+                100.0 * bound
+            )
+        })
+        .collect();
+    if told.is_empty() {
+        return;
+    }
+    reporter.warn(
+        "search-at-bound",
+        format!("{}: the bounds chose there, not the search", told.join(", ")),
+        "let it go farther (optimise.speeds, such as [\"20 %\", \"300 %\"]), or begin nearer to what is wanted: the speed, current or dwell of the path",
+    );
+}
+
+/// Warns where paths were to be robust and the window is too narrow for it: then no place stays in it through all of the drift.
+pub(in crate::ebm) fn tell_of_drift(found: &Corrected, how: &Correct, reporter: &Reporter) {
+    let round = &found.rounds[found.kept];
+    let (Some(drift), Some([less, more])) = (how.robust, round.moves()) else {
+        return;
+    };
+    let half = 0.5 * (round.window[1] - round.window[0]);
+    let moved = less.abs().max(more.abs());
+    if moved <= half {
+        return;
+    }
+    let percent = 100.0 * drift;
+    reporter.warn(
+        "drift-beyond-window",
+        format!(
+            "{percent:.1} % less and {percent:.1} % more power move the section by {less:+.0} and {more:+.0} K, half the window is {half:.0} K: whatever the currents, no place stays there with both; at least {:.1} % of it stay with each of the three powers",
+            100.0 * round.in_window()
+        ),
+        format!(
+            "a window of {moved:.0} K to either side, if the metal bears it, or a power that holds within {:.1} % (correct.robust)",
+            percent * half / moved
+        ),
     );
 }

@@ -8,16 +8,19 @@ use meltpath_thermal::material::{CELSIUS, Material};
 
 use crate::ebm::gun::drawn as at_gun;
 use crate::ebm::judge::advice::{MORE, Needs};
+use crate::ebm::judge::cold::on_cold_ground;
 use crate::ebm::judge::doubt::{Doubt, coarse, empty, melts_otherwise};
+use crate::ebm::judge::drift::{DRIFT, Drift};
+use crate::ebm::judge::edge::below_its_ceiling;
 use crate::ebm::judge::ends::Ends;
 use crate::ebm::judge::facts::Shown;
 use crate::ebm::judge::on_lower::on;
+use crate::ebm::judge::scale::on_its_scale;
 use crate::ebm::judge::{Hole, Hollow, JudgedPath, Run, melts_at_the_edge, of_all};
 use crate::ebm::plan::{DrawnPart, Plan};
 use crate::ebm::settings::{Good, Judge, Settings};
 use crate::ebm::simulate::Outcome;
-use crate::job::ebm::ChecksTable;
-use crate::job::ebm::JudgeGround;
+use crate::job::ebm::{ChecksTable, JudgeGround};
 
 const IN_WINDOW: [&str; 2] = [
     "in-window",
@@ -50,13 +53,22 @@ pub(in crate::ebm) fn checks(plan: &Plan, outcome: &Outcome) -> Vec<Check> {
     let mut checks = of_temperatures((&plan.settings, smallest), outcome);
     let judged = outcome.judged.as_ref();
     let judged = judged.map(|j| j.better.as_ref().unwrap_or(&j.given));
+    if let Some(judged) = judged.filter(|path| path.runs[0].tally.molten() > 0) {
+        let asked = plan.settings.job.checks.drift.as_ref().map(|d| d.0);
+        let drift = Drift::of(judged, asked);
+        let bound = |check: Check| drift.iter().fold(check, |check, drift| drift.bound(check));
+        for check in checks
+            .iter_mut()
+            .filter(|c| c.id == IN_WINDOW[0] || c.id == DRIFT[0])
+        {
+            let known = on_its_scale(bound(check.clone()), plan);
+            *check = below_its_ceiling(known, plan, path, judged);
+        }
+    }
     if let Some(lower) = judged.and_then(|path| path.lower) {
         checks = on(&lower, checks);
     }
-    let ground = plan.settings.judge.as_ref().map(|judging| judging.ground);
-    if ground == Some(JudgeGround::ThesisBox) {
-        checks = checks.into_iter().map(on_thesis_box).collect();
-    }
+    checks = on_cold_ground(checks, &plan.settings);
     checks.push(at_gun::check(outcome.gun.as_ref()));
     checks.extend(plan.part.as_ref().and_then(whole_layer));
     checks
@@ -85,34 +97,39 @@ fn whole_layer(part: &DrawnPart) -> Option<Check> {
     ))
 }
 
+/// What charts foretell where nothing judges.
+fn unjudged(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
+    let limits = &settings.job.checks;
+    // a job without charts has a judge
+    let Some(drawn) = Shown::of(outcome) else {
+        let nothing = "nothing drew the path";
+        return vec![Check::not_checked(IN_WINDOW[0], IN_WINDOW[1], nothing)];
+    };
+    let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window.0 {
+        let change = into_window(settings, Needs::of_window(drawn.tally));
+        format!("the preview has less than that in the window: {change}; then {JUDGE}")
+    } else {
+        JUDGE.to_owned()
+    };
+    vec![
+        preview(
+            IN_WINDOW,
+            Limit::AtLeast(100.0 * limits.in_window.0),
+            &drawn,
+        )
+        .remedy(remedy),
+        preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted.0), &drawn).remedy(JUDGE),
+        Check::not_checked(UNFUSED[0], UNFUSED[1], "only the solver of [judge] tells"),
+        Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only the solver of [judge] tells"),
+        Check::not_checked(FARTHEST[0], FARTHEST[1], "only the solver of [judge] tells"),
+    ]
+}
+
 /// What temperatures say.
 fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.job.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
-        // a job without charts has a judge
-        let Some(drawn) = Shown::of(outcome) else {
-            let nothing = "nothing drew the path";
-            return vec![Check::not_checked(IN_WINDOW[0], IN_WINDOW[1], nothing)];
-        };
-        let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window.0 {
-            let needs = Needs::of_window(drawn.tally);
-            let change = into_window(settings, needs);
-            format!("the preview has less than that in the window: {change}; then {JUDGE}")
-        } else {
-            JUDGE.to_owned()
-        };
-        return vec![
-            preview(
-                IN_WINDOW,
-                Limit::AtLeast(100.0 * limits.in_window.0),
-                &drawn,
-            )
-            .remedy(remedy),
-            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted.0), &drawn).remedy(JUDGE),
-            Check::not_checked(UNFUSED[0], UNFUSED[1], "only the solver of [judge] tells"),
-            Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only the solver of [judge] tells"),
-            Check::not_checked(FARTHEST[0], FARTHEST[1], "only the solver of [judge] tells"),
-        ];
+        return unjudged(settings, outcome);
     };
     let path = judged.better.as_ref().unwrap_or(&judged.given);
     let figures = Figures::of(path, limits);
@@ -134,7 +151,7 @@ fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec
     let mut cure = into_window(settings, needs);
     if first_end.is_some_and(|kelvin| judged.classes.window[0] >= kelvin) {
         cure.push_str(match settings.window {
-            Good::Limits(_) => "; a window below the temperature where a pool of conduction ends",
+            Good::Limits { .. } => "; a window below the temperature where a pool of conduction ends",
             Good::Path { .. } | Good::Body { .. } => {
                 "; a good body, which places the window, that stays below the temperature where a pool of conduction ends"
             }
@@ -173,6 +190,18 @@ fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec
             .because(&format!("beyond {} mm of the contour", limits.rim.0)),
         rim(check(FARTHEST, &figures.farthest, needs.rim())),
     ];
+    let asked = limits.drift.as_ref().map(|asked| asked.0);
+    if let Some(drift) = asked.and_then(|asked| Drift::of(path, Some(asked))) {
+        let left = Share {
+            value: drift.left,
+            ..in_window
+        };
+        let figure = (Figure::share(left), figures.in_window.1);
+        checks.insert(
+            1,
+            check(DRIFT, &figure, "a wider window, or a steadier power"),
+        );
+    }
     if let (Some(figure), Some(hole)) = (&figures.holes, path.runs[0].hole) {
         let (wider, told) = match hole.kind {
             Hollow::Hole => ("hole", "a hole"),
@@ -187,20 +216,6 @@ fn of_temperatures((settings, spot): (&Settings, f64), outcome: &Outcome) -> Vec
         checks.push(check.at(Place::at([x, y, 0.0])));
     }
     checks
-}
-
-/// Nothing passes on a ground that no machine has.
-fn on_thesis_box(check: Check) -> Check {
-    if check.status != Status::Pass {
-        return check;
-    }
-    let check = Check {
-        status: Status::CannotSay,
-        ..check
-    };
-    check
-        .because("the ground is held at the start temperature half a millimetre away (judge.ground = \"thesis-box\"): colder than a machine's, and not converged in its depth")
-        .remedy("judge.ground = \"half-space\" or \"plate\"")
 }
 
 /// What is judged, each with its limit.
@@ -303,7 +318,7 @@ fn into_window(settings: &Settings, needs: Needs) -> String {
             None => "; or let [optimise] change the speeds",
         });
     }
-    if matches!(settings.window, Good::Limits(_)) {
+    if matches!(settings.window, Good::Limits { .. }) {
         remedy.push_str(
             "; or, where the beam is one that builds well, centre the window on what it reaches (window.body)",
         );
@@ -516,9 +531,7 @@ impl Section<'_> {
             Variant::HalfStep => Some("shorter steps (judge.step)"),
             Variant::Deeper | Variant::Wider => (self.judging.ground != JudgeGround::HalfSpace)
                 .then_some("judge.ground = \"half-space\""),
-            Variant::LessPower | Variant::MorePower | Variant::LittleLess | Variant::LittleMore => {
-                Some("a beam whose figures lie further from their limits")
-            }
+            Variant::Power(_) => Some("a beam whose figures lie further from their limits"),
         }
     }
 
@@ -560,7 +573,7 @@ fn in_words(path: &JudgedPath, share: &Share, window: [f64; 2]) -> String {
         .map(|(run, (v, c))| {
             let told = format!("{:+.1} at {}", 100.0 * c, v.words());
             if v.is_of_power() {
-                let left = 100.0 * run.as_it_was;
+                let left = 100.0 * of_all(&run.as_it_was, Class::Good);
                 format!("{told}, {left:.1} % in the window as it was")
             } else {
                 told

@@ -43,6 +43,8 @@ pub struct Found {
     pub scores: Vec<f64>,
     /// What was tried before.
     pub trials: Vec<Trial>,
+    /// Shares of what is changed that stand at the least and at the greatest factor; nothing of controllers that look as they go.
+    pub at_bounds: Option<[f64; 2]>,
     /// What the reference solver says of the given path and of this one, where it was looked for there.
     pub reference: Option<OnReference>,
 }
@@ -223,6 +225,7 @@ pub fn on_charts(
                     search.share(&simulation.highest_temperature()),
                 ],
                 trials,
+                at_bounds: None,
                 reference: None,
             });
         }
@@ -232,6 +235,7 @@ pub fn on_charts(
         path: found.path,
         scores: found.scores,
         trials,
+        at_bounds: Some(found.profile.share_at(how.bounds)),
         reference: None,
     })
 }
@@ -341,6 +345,7 @@ pub fn on_reference(
         path: found.path,
         scores: found.scores,
         trials,
+        at_bounds: Some(found.profile.share_at(how.bounds)),
         reference: Some(OnReference {
             given: judged(given),
             better: judged(found.highest),

@@ -4,8 +4,8 @@ use meltpath_base::settings::{Problem, broken};
 
 use super::rings;
 use super::{
-    Change, ChartPreview, CorrectTable, EbmJob, Ground, HatchStrategy, JudgeSolver, OptimiseMethod,
-    OptimiseSolver, OptimiseTable,
+    Change, ChartPreview, CorrectTable, EbmJob, Ground, HatchStrategy, JudgeSolver, LayerMemory,
+    OptimiseMethod, OptimiseSolver, OptimiseTable,
 };
 
 /// Layers of a toolpath that have names.
@@ -21,6 +21,7 @@ impl EbmJob {
         found.extend(self.optimise.iter().flat_map(|o| self.check_optimise(o)));
         found.extend(self.check_preview());
         found.extend(self.correct.iter().flat_map(|c| self.check_correct(c)));
+        found.extend(self.check_between());
         let judge = &self.judge;
         if judge.depth.is_some_and(|depth| depth.0 > self.ebm.layer.0) {
             let help = "read within the last layer: leave it out for the middle of the layer";
@@ -35,6 +36,42 @@ impl EbmJob {
             found.push(part.problem("judge.part has no area").help(help));
         }
         found
+    }
+
+    /// What happens between layers, where there is nothing between them.
+    fn check_between(&self) -> Vec<Problem> {
+        let judge = &self.judge;
+        let single = *self.ebm.layers == 1;
+        let cold = !single && *judge.memory == LayerMemory::Metal;
+        let one = |key: Problem| {
+            key.help("write how many layers are drawn (ebm.layers), or leave it out")
+        };
+        let none = |key: Problem| key.help("leave one of them out");
+        let of_one = "is of several layers, and ebm.layers is 1";
+        let of_heat = "is of layers that keep heat, and judge.memory is \"metal\"";
+        let (powder, between, memory) = (&judge.powder, &judge.between, &judge.memory);
+        broken([
+            (
+                single && powder.is_written(),
+                one(powder.problem(format!("judge.powder {of_one}"))),
+            ),
+            (
+                single && between.is_written(),
+                one(between.problem(format!("judge.between {of_one}"))),
+            ),
+            (
+                single && memory.is_written(),
+                one(memory.problem(format!("judge.memory {of_one}"))),
+            ),
+            (
+                cold && powder.is_written(),
+                none(powder.problem(format!("judge.powder {of_heat}"))),
+            ),
+            (
+                cold && between.is_written(),
+                none(between.problem(format!("judge.between {of_heat}"))),
+            ),
+        ])
     }
 
     /// Without charts the solver does it all.
@@ -132,11 +169,17 @@ impl EbmJob {
                     .help("let [hatch] draw the region"),
             ),
             (
-                supported && *ebm.ground == Ground::Metal,
+                supported && *ebm.ground != Ground::Powder,
                 region
                     .supported
-                    .problem("region.supported says where metal lies below, and the ground is metal everywhere")
+                    .problem("region.supported says where metal lies below, and ebm.ground does already")
                     .help("write ground = \"powder\" under [ebm], or leave region.supported out"),
+            ),
+            (
+                *ebm.ground == Ground::Cake && !region.contour.is_written() && !self.part.is_written(),
+                ebm.ground
+                    .problem("the ground is metal below the region and powder beside it, and no region is written")
+                    .help("give the corners of the region: contour = [[\"0 mm\", \"0 mm\"], …] under [region]"),
             ),
             (
                 hatched && !region.contour.is_written() && !self.part.is_written(),
@@ -150,7 +193,7 @@ impl EbmJob {
     /// A part gives its own region and ground.
     fn check_part(&self) -> Vec<Problem> {
         let region = &self.region;
-        let powder = Some(&self.ebm.ground.span).filter(|_| *self.ebm.ground == Ground::Powder);
+        let powder = Some(&self.ebm.ground.span).filter(|_| *self.ebm.ground != Ground::Metal);
         let spans = [
             &region.contour.span,
             &region.holes.span,

@@ -165,17 +165,21 @@ pub(crate) fn dug(boiling: &Boiling) -> String {
     match &boiling.keyhole {
         Ok(told) if told.mode == Mode::Conduction => {
             format!(
-                "no keyhole by scaling (keyhole number {:.1}, from 1.4 on; Gan et al. 2021)",
+                "no keyhole, and {:.0} % of the light absorbed, by scaling (keyhole number {:.1}, from 1.4 on; Gan et al. 2021)",
+                100.0 * told.absorptivity,
                 told.number
             )
         }
         Ok(told) => format!(
-            "the keyhole alone is {:.0} ± {:.0} µm deep by scaling (keyhole number {:.1}, Gan et al. 2021)",
+            "the keyhole alone is {:.0} ± {:.0} µm deep, and absorbs {:.0} % of the light, by scaling (keyhole number {:.1}, Gan et al. 2021)",
             1e3 * told.depth,
             1e3 * told.depth_sigma,
+            100.0 * told.absorptivity,
             told.number
         ),
-        Err(beyond) => format!("how deep cannot be said: {beyond}"),
+        Err(beyond) => {
+            format!("how deep, and how much light is absorbed, cannot be said: {beyond}")
+        }
     }
 }
 
@@ -207,7 +211,8 @@ mod tests {
         };
         for (power, spot, words) in [
             (195.0, 0.1, "53 ± 18 µm"),
-            (80.0, 0.1, "no keyhole"),
+            (195.0, 0.1, "absorbs 35 % of the light"),
+            (80.0, 0.1, "no keyhole, and 28 % of the light absorbed"),
             (195.0, 0.07, "cannot be said: a spot of 70 µm is outside"),
             (195.0, 0.07, "88 to 140 µm"),
         ] {

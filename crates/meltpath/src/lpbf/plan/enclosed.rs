@@ -26,9 +26,9 @@ pub struct Enclosure {
 /// Why what contours enclose is not known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Doubt {
-    reason: String,
-    place: Place,
-    remedy: &'static str,
+    pub(super) reason: String,
+    pub(super) place: Place,
+    pub(super) remedy: &'static str,
 }
 
 impl Doubt {
@@ -264,7 +264,7 @@ impl Found {
     }
 }
 
-const BARE_ID: &str = "enclosed";
+pub(in crate::lpbf) const BARE_ID: &str = "enclosed";
 const BARE_TITLE: &str = "largest share of an area within closed contours that no mark comes near";
 
 /// How far from what is enclosed lines may lie, mm: a hatch distance, or the spot.
@@ -273,7 +273,7 @@ fn beside(hatch: f64, spot: f64) -> f64 {
 }
 
 /// Judges the layers of a file that have closed contours, for a spot of that diameter, mm; `hatch` is the distance of their lines, mm, where the
-/// job does not say it. Whatever cannot be read is told where it runs.
+/// job does not say it; lines that tell none are taken as far apart as the spot is wide. Whatever cannot be read is told where it runs.
 pub(in crate::lpbf) fn check(work: &Work, hatch: Option<f64>, spot: f64) -> Enclosure {
     let found = || {
         let Work::Layers(set) = work else {
@@ -282,15 +282,11 @@ pub(in crate::lpbf) fn check(work: &Work, hatch: Option<f64>, spot: f64) -> Encl
         let Source::File(file) = &set.source else {
             return None;
         };
-        let known = set.hatch.or(hatch);
-        // layers that lost all their lines tell no distance of them
-        let hatch = known.unwrap_or(spot);
+        let hatch = set.hatch.or(hatch).unwrap_or(spot);
         let mut found = Found::default();
         let layers = file.layers().ok()?.flatten();
         layers.for_each(|layer| found.take(&layer, hatch, spot));
-        if found.filled {
-            known?;
-        } else {
+        if !found.filled {
             found.filled = file.all().ok()?.flatten().any(|layer| is_filled(&layer));
         }
         Some(found.enclosure(hatch, spot))

@@ -12,7 +12,7 @@ use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
 use super::found::{Quantity, along_lines};
-use crate::ebm::correct::rounds::{Corrected, Round};
+use crate::ebm::correct::rounds::{Corrected, Round, frontier as unbeaten};
 use crate::ebm::judge::of_all;
 use crate::ebm::plan::Plan;
 
@@ -27,12 +27,22 @@ fn share(round: &Round, class: Class) -> f64 {
 pub(super) fn section(found: &Corrected, plan: &Plan) -> Section {
     let current: Quantity<'_> = &|p, _| 1e3 * plan.gun.current(p.power);
     let axis = Axis::new("beam current", "mA");
+    let robust = plan.settings.correct.as_ref().and_then(|how| how.robust);
+    let worth = robust.map_or(String::new(), |drift| {
+        format!(
+            " A round is worth the least that it does with {:.1} % less power, as set, and with as much more.",
+            100.0 * drift
+        )
+    });
     Section {
         title: "Corrected currents".to_owned(),
-        intro: "The path drawn again and again on the judge's solver; in between every place asks for more or less current. Rounds that keep to the shape come first, of these the one with most of the section in the window is kept.".to_owned(),
+        intro: format!(
+            "The path drawn again and again on the judge's solver; in between every place asks for more or less current. Rounds that keep to the shape come first, of these the one with most of the section in the window is kept.{worth}"
+        ),
         plots: vec![
             by_round(found),
-            frontier(found, plan),
+            window_against_shape(found, plan),
+            frontier(found),
             along_lines(&found.path, "Corrected current along lines", axis, current),
         ],
         tables: vec![table(found)],
@@ -58,24 +68,54 @@ fn by_round(found: &Corrected) -> Plot {
     .with(line("molten outside", &|r| 100.0 * r.outside.share))
 }
 
+fn dots(name: &str, points: Vec<DVec2>) -> Mark {
+    let name = name.to_owned();
+    Mark::Dots { name, points }
+}
+
 /// What shape costs: the share in the window against what melts outside.
-fn frontier(found: &Corrected, plan: &Plan) -> Plot {
-    let place = |round: &Round| DVec2::new(100.0 * round.outside.share, share(round, Class::Good));
-    let dots = |name: &str, rounds: &mut dyn Iterator<Item = &Round>| Mark::Dots {
-        name: name.to_owned(),
-        points: rounds.map(place).collect(),
-    };
+fn window_against_shape(found: &Corrected, plan: &Plan) -> Plot {
+    let place =
+        |round: &Round| DVec2::new(100.0 * round.molten_outside(), 100.0 * round.in_window());
     let limit = 100.0 * plan.settings.job.checks.outside.0;
+    let kept = found.rounds.get(found.kept).map(place);
+    let at_most = found.ceiling.map_or(String::new(), |share| {
+        format!(
+            " The edge of the beam lets at most {:.1} % of the section into the window, evenly hot.",
+            100.0 * share
+        )
+    });
     Plot::new(
         "Window against shape",
         Axis::new("molten beyond the rim, of the section's area", "%"),
         Axis::new("section in the window", "%"),
     )
-    .with(dots("rounds", &mut found.rounds.iter()))
-    .with(dots("kept", &mut found.rounds.get(found.kept).into_iter()))
+    .with(dots("rounds", found.rounds.iter().map(place).collect()))
+    .with(dots("kept", kept.into_iter().collect()))
     .caption(&format!(
-        "At most {limit} % may melt beyond the rim (checks.outside)."
+        "At most {limit} % may melt beyond the rim (checks.outside).{at_most}"
     ))
+}
+
+/// What too cold and too hot cost each other.
+fn frontier(found: &Corrected) -> Plot {
+    let place = |round: &Round| {
+        let [cold, hot, _] = round.faults();
+        DVec2::new(100.0 * cold, 100.0 * hot)
+    };
+    let unbeaten = unbeaten(&found.rounds);
+    let ends = found.rounds.iter().zip(&unbeaten);
+    let ends: Vec<DVec2> = ends.filter(|(_, n)| **n).map(|(r, _)| place(r)).collect();
+    let kept = found.rounds.get(found.kept).map(place);
+    Plot::new(
+        "Porous against overheated",
+        Axis::new("powder, or molten below the window", "%"),
+        Axis::new("above the window", "%"),
+    )
+    .with(dots("rounds", found.rounds.iter().map(place).collect()))
+    .with(dots("frontier", ends))
+    .with(dots("kept", kept.into_iter().collect()))
+    .caption("Frontier: no other round on the same cells has less of one fault (too cold, too hot, molten outside) and no more of the others.")
 }
 
 fn table(found: &Corrected) -> Table {
@@ -89,10 +129,16 @@ fn table(found: &Corrected) -> Table {
                 _ if n == found.kept => format!("{n}, kept"),
                 _ => n.to_string(),
             };
+            let towards = format!(
+                "{:+.0} K, {:+.0} % out",
+                round.aimed.hotter * (high - low),
+                100.0 * round.aimed.outward
+            );
             [
                 ("round", Cell::Text(name)),
                 ("cell (µm)", Cell::Fixed(1e3 * round.cell, 1)),
                 ("window (°C)", Cell::Text(format!("{low:.0} to {high:.0}"))),
+                ("aimed beside the middle", Cell::Text(towards)),
                 ("unmelted (%)", of(Class::Unmelted)),
                 ("below the window (%)", of(Class::Porous)),
                 ("in window (%)", of(Class::Good)),
@@ -102,6 +148,14 @@ fn table(found: &Corrected) -> Table {
                     Cell::Fixed(100.0 * round.outside.share, 2),
                 ),
                 ("farthest (mm)", Cell::Fixed(round.outside.farthest, 2)),
+                (
+                    "in window, least (%)",
+                    Cell::Fixed(100.0 * round.in_window(), 1),
+                ),
+                (
+                    "molten outside, most (%)",
+                    Cell::Fixed(100.0 * round.molten_outside(), 2),
+                ),
                 ("mean (°C)", Cell::Fixed(round.tally.mean - CELSIUS, 0)),
                 (
                     "standard deviation (K)",
@@ -111,7 +165,7 @@ fn table(found: &Corrected) -> Table {
         }),
     );
     table.noted(&format!(
-        "Shares of all points of the section, at the depth of judge.depth; the same in {ROUNDS}. The finer cells begin with the best round of the coarser ones."
+        "Shares of all points of the section, at the depth of judge.depth; the same in {ROUNDS}. Least and most over the powers that were drawn (correct.robust). Out: how far beyond the rim the edge is wanted, of what checks.outside leaves. The finer cells begin with the best round of the coarser ones."
     ))
 }
 
@@ -122,7 +176,8 @@ fn table(found: &Corrected) -> Table {
 pub(super) fn write(folder: &OutputFolder, found: &Corrected) -> Result<(), OutputError> {
     let column = |of: &dyn Fn(&Round) -> f64| found.rounds.iter().map(of).collect::<Vec<f64>>();
     let counted = (0..found.rounds.len()).map(|n| n as f64).collect();
-    let kept = |n: usize| f64::from(u8::from(n == found.kept));
+    let flag = |is: bool| f64::from(u8::from(is));
+    let ends = unbeaten(&found.rounds);
     folder.write(ROUNDS, |w| {
         let columns = [
             ("round", "", counted),
@@ -137,7 +192,26 @@ pub(super) fn write(folder: &OutputFolder, found: &Corrected) -> Result<(), Outp
             ("farthest", "mm", column(&|r| r.outside.farthest)),
             ("mean", "C", column(&|r| r.tally.mean - CELSIUS)),
             ("deviation", "K", column(&|r| r.tally.deviation)),
-            ("kept", "", (0..found.rounds.len()).map(kept).collect()),
+            (
+                "aimed_hotter",
+                "K",
+                column(&|r| r.aimed.hotter * (r.window[1] - r.window[0])),
+            ),
+            ("aimed_outward", "pct", column(&|r| 100.0 * r.aimed.outward)),
+            ("in_window_least", "pct", column(&|r| 100.0 * r.in_window())),
+            (
+                "outside_most",
+                "pct",
+                column(&|r| 100.0 * r.molten_outside()),
+            ),
+            ("frontier", "", ends.into_iter().map(flag).collect()),
+            (
+                "kept",
+                "",
+                (0..found.rounds.len())
+                    .map(|n| flag(n == found.kept))
+                    .collect(),
+            ),
         ];
         write_columns(w, &columns).map_err(io::Error::other)
     })

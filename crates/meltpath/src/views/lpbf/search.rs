@@ -12,10 +12,11 @@ use meltpath_report::series::SeriesError;
 use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::head::power::PowerLaw;
+use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::search::{Candidate, Found};
 
 use crate::lpbf::optimise::SIDE;
-use crate::lpbf::result::{JUDGED, MODES};
+use crate::lpbf::result::{JUDGED, MODES, RecipeResult};
 
 /// Rows of the table of recipes that nothing beats, at most.
 const ROWS: usize = 14;
@@ -35,6 +36,7 @@ pub(super) fn section(found: &Found) -> Section {
             "within, %",
             "99 %, µm",
             "unlit, µm",
+            "stray, µm",
             "fill, %",
             "fills, J/m",
             "bounds",
@@ -60,8 +62,8 @@ pub(super) fn section(found: &Found) -> Section {
     }
     table.rows.push(start);
     format!(
-        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of the way along contours within {:.0} µm, no more than {} mm of it without light, {:.1} % fill rate ({}). The found recipe is then run like the others. \
-         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: way along contours within the bound; 99 % of it is below the next column. Unlit: longest stretch of contours without light. Fills, J/m: power over speed.",
+        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of the way along contours within {:.0} µm, no more than {} mm of it without light, little more of light where no mark is, {:.1} % fill rate ({}). The found recipe is then run like the others. \
+         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: way along contours within the bound; 99 % of it is below the next column. Unlit: longest stretch of contours without light. Stray: longest stretch of light where no mark is. Fills, J/m: power over speed.",
         found.tried.len(),
         100.0 * found.bounds.contour_share,
         1e3 * found.bounds.contour_error,
@@ -141,14 +143,19 @@ fn row(c: &Candidate) -> Vec<Cell> {
         Cell::Fixed(100.0 * c.contour_share, 2),
         Cell::Fixed(1e3 * c.contour_error, 1),
         Cell::Fixed(1e3 * c.unlit, 0),
+        Cell::Fixed(1e3 * c.stray, 0),
         Cell::Fixed(100.0 * c.fill_rate, 2),
         Cell::Fixed(1e3 * r.fill_power / r.fill_speed, 0),
         Cell::text(if c.within { "kept" } else { "not kept" }),
     ]
 }
 
-/// Writes every recipe that was tried, and the found one as a recipe file.
-pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+/// Writes every recipe that was tried, and the found one as a recipe file, with the delays that it has on the whole job.
+pub(super) fn write(
+    folder: &OutputFolder,
+    found: &Found,
+    results: &[RecipeResult<'_>],
+) -> Result<(), OutputError> {
     folder.write("series/recipes-tried.csv", |w| {
         series(w, found).map_err(|e| match e {
             SeriesError::Io(e) => e,
@@ -156,7 +163,9 @@ pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputEr
         })
     })?;
     if let Some(best) = found.best.as_ref().filter(|b| **b != found.start) {
-        let text = recipe_file(best);
+        // what was found is run last; on the whole job its delays are tuned anew, or are the recipe's own
+        let delays = results.last().map_or(best.recipe.delays, |r| r.delays);
+        let text = recipe_file(best, delays);
         folder.write("recipe-optimised.toml", |w| w.write_all(text.as_bytes()))?;
     }
     Ok(())
@@ -164,7 +173,7 @@ pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputEr
 
 fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
     type Get = fn(&Candidate) -> f64;
-    let columns: [(&str, &str, Get); 15] = [
+    let columns: [(&str, &str, Get); 16] = [
         ("time", "s", |c| c.duration),
         ("contour speed", "mm/s", |c| c.recipe.contour_speed),
         ("fill speed", "mm/s", |c| c.recipe.fill_speed),
@@ -180,6 +189,7 @@ fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
         ("way along contours within", "1", |c| c.contour_share),
         ("contour error 99 %", "mm", |c| c.contour_error),
         ("longest contour without light", "mm", |c| c.unlit),
+        ("longest light without mark", "mm", |c| c.stray),
         ("fill rate", "1", |c| c.fill_rate),
         ("within bounds", "", |c| f64::from(u8::from(c.within))),
     ];
@@ -188,7 +198,7 @@ fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
 }
 
 /// The candidate as a file of `data/recipes` would be.
-fn recipe_file(c: &Candidate) -> String {
+fn recipe_file(c: &Candidate, delays: LaserDelays) -> String {
     let r = &c.recipe;
     let mut text = String::from("# found by a recipe search; see report.html for its bounds\n");
     if c.filter_factor != 1.0 {
@@ -199,7 +209,7 @@ fn recipe_file(c: &Candidate) -> String {
             c.filter_factor
         );
     }
-    let _ = writeln!(text, "name = \"{}\"", r.name.replace('"', "'"));
+    let _ = writeln!(text, "name = {}", toml::Value::from(r.name.as_str()));
     let mut line = |key: &str, value: f64, unit: &str| {
         let _ = writeln!(
             text,
@@ -215,8 +225,8 @@ fn recipe_file(c: &Candidate) -> String {
         ("jump_wait", 1e6 * r.jump_wait, "µs"),
         ("mark_wait", 1e6 * r.mark_wait, "µs"),
         ("polygon_wait", 1e6 * r.polygon_wait, "µs"),
-        ("laser_on_delay", 1e6 * r.delays.on, "µs"),
-        ("laser_off_delay", 1e6 * r.delays.off, "µs"),
+        ("laser_on_delay", 1e6 * delays.on, "µs"),
+        ("laser_off_delay", 1e6 * delays.off, "µs"),
     ] {
         line(key, value, unit);
     }

@@ -5,13 +5,17 @@ use meltpath_geometry::shapes::{cuboid, revolve};
 use meltpath_geometry::{Mesh, Pose};
 use meltpath_report::scene::Machine;
 use meltpath_report::scene::machine::{Axis, Body, Joint, JointMotion};
-use meltpath_robot::cell::{Arrangement, Cell, Shapes, Values};
+use meltpath_robot::cell::{Arrangement, Cell, Links, Shapes, Values};
 use meltpath_robot::kinematics::{Chain, JointKind};
 
+use super::thinned::thinned;
 use crate::waam::drive::film::Moment;
 
 /// Radius of links, torch and nozzle where the cell's file tells no shapes, mm: lines that can be seen.
 const LINE: f64 = 20.0;
+
+/// Triangles of a link as it is drawn, at most.
+const TRIANGLES: usize = 2000;
 
 /// Sides of round shapes.
 const SIDES: u32 = 24;
@@ -84,9 +88,16 @@ pub(super) fn machine(cell: &Cell, moments: &[Moment]) -> Machine {
         let last = built.chain(t, None, moments, |v, _| v.track, bare);
         built.fixed("carriage", last, t.last_from_end, Mesh::default())
     });
-    let base = built.fixed("base", carriage, cell.carrier_from_base, Mesh::default());
-    let radius = |i: usize| cell.shapes.as_ref().map_or(LINE, |s| s.links[i.min(5)]);
-    let link = |i: usize, end: DVec3| capsule(DVec3::ZERO, end, radius(i));
+    let links = cell.shapes.as_ref().map(|s| &s.links);
+    let pedestal = told(links, 0).unwrap_or_default();
+    let base = built.fixed("base", carriage, cell.carrier_from_base, pedestal);
+    let radius = |i: usize| match links {
+        Some(Links::Bars(radii)) => radii[i.min(5)],
+        _ => LINE,
+    };
+    let link = |i: usize, end: DVec3| {
+        told(links, i + 1).unwrap_or_else(|| capsule(DVec3::ZERO, end, radius(i)))
+    };
     let arm = &cell.arm.chain;
     let wrist = built.chain(arm, Some(base), moments, |v, i| v.arm[i], link);
     let flange = built.fixed("flange", wrist, arm.last_from_end, Mesh::default());
@@ -112,6 +123,20 @@ pub(super) fn machine(cell: &Cell, moments: &[Moment]) -> Machine {
         times: moments.iter().map(|m| m.time).collect(),
         layers: moments.iter().map(|m| m.layer).collect(),
     }
+}
+
+/// A link as its URDF tells it, of few triangles; nothing where it tells none.
+fn told(links: Option<&Links>, link: usize) -> Option<Mesh> {
+    let Some(Links::Hulls(hulls)) = links else {
+        return None;
+    };
+    let mut all = Mesh::default();
+    for body in hulls.iter().filter(|h| usize::from(h.link) == link) {
+        all.add(&body.mesh);
+    }
+    let all = thinned(&all, TRIANGLES);
+    // a link of the arm without one is a line that can be seen
+    (!all.triangles.is_empty() || link == 0).then_some(all)
 }
 
 /// A round bar with round ends.

@@ -7,7 +7,7 @@ use meltpath_deposition::workpiece::{Laid, Support};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_planning::surface::{SurfacePass, SurfacePoint, distribution, torch_axes};
+use meltpath_planning::surface::{SurfacePass, SurfacePoint, axes_along, distribution, torch_axes};
 use meltpath_report::html::Section;
 use meltpath_report::plot::Plot;
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility};
@@ -346,11 +346,12 @@ pub(crate) fn write_files(folder: &OutputFolder, wall: &Wall) -> Result<(), Outp
     motion_series(folder, &wall.samples, &wall.commands.layer_of_command)?;
     write_passes(folder, &wall.plan.toolpath)?;
     let plan = &wall.plan;
+    let axes = axes_along(&plan.passes, &plan.torch);
     let all: Vec<_> = plan
         .passes
         .iter()
-        .flat_map(|pass| {
-            let axes = torch_axes(pass, &plan.torch);
+        .zip(axes)
+        .flat_map(|(pass, axes)| {
             pass.points
                 .iter()
                 .zip(axes)

@@ -10,7 +10,7 @@ use crate::waam::deposit::simulate::Simulation;
 use crate::waam::deposit::target::{Allowance, Target, compare, metal_round};
 use crate::waam::deposit::tube;
 use crate::waam::error::WaamError;
-use crate::waam::judge::checks::{borrowed_check, heat_check, overhang_check, plate_check};
+use crate::waam::judge::checks::{borrowed_check, heat_check, overhang_check, plate_checks};
 use crate::waam::judge::doubt::{self, Doubt};
 use crate::waam::judge::{
     GrowthError, LayerOutcome, TargetOutcome, TubePlace, layer_checks, target_checks,
@@ -88,7 +88,7 @@ pub(in crate::waam) fn checks(
     checks.extend(borrowed_check(settings));
     checks.push(heat_check());
     let mut of_plan = vec![overhang_check(plan, settings)];
-    of_plan.extend(plate_check(plan, settings));
+    of_plan.extend(plate_checks(plan, settings));
     // they count in widths of a bead, which nobody measured woven
     let woven = settings.weave.map(|_| doubt::of_weaves());
     doubt::undecided(&mut of_plan, woven.as_slice());

@@ -162,7 +162,12 @@ fn choose(
             let [track, ..] = reached.external.0;
             let turning = reached.external.0.get(1..=joints).unwrap_or_default();
             let axes = (slides.then_some(track), turning);
-            tell(position, reached.tip, axes, positioner);
+            tell(
+                position,
+                reached.tip,
+                axes,
+                (&settings.cell.program, dialect),
+            );
         }
     }
     let (stands, stances) = stands_of(&reached, &moves, cell);

@@ -1,4 +1,4 @@
-//! Where a cell file says that the axes of a positioner lie in the user frame, against the robot's file: FANUC positions beside a part that
+//! Where a cell file says that the axes of a positioner lie in the user frame, against the robot's file: FANUC and Yaskawa positions beside a part that
 //! turns in their frame follow the cell's axes, and what is checked follows the robot's.
 
 use meltpath_base::Reporter;
@@ -26,7 +26,7 @@ pub(in crate::waam) fn axes_elsewhere(
         all.all(|external| external.0[1..] == [0.0; 2])
     };
     // other controllers' frames turn with the part; at zero all stand where the frame tells
-    if !dialects.contains(&Dialect::FanucLs) || external.is_none_or(stands) {
+    if !dialects.iter().any(|d| turns_in_user_frame(*d)) || external.is_none_or(stands) {
         return None;
     }
     differing(settings, plate)
@@ -35,11 +35,16 @@ pub(in crate::waam) fn axes_elsewhere(
 /// Tells of them before anything is planned, where a job plans with them.
 pub(in crate::waam) fn tell(settings: &Settings, reporter: &Reporter) {
     let planned = settings.external == ExternalChoice::Free
-        && settings.dialects().contains(&Dialect::FanucLs);
+        && settings.dialects().iter().any(|d| turns_in_user_frame(*d));
     let elsewhere = planned.then(|| differing(settings, 0.0)).flatten();
     if let Some(Elsewhere { reason, remedy }) = elsewhere {
         reporter.warn("positioner-axes", &reason, &remedy);
     }
+}
+
+/// Whether positions may be told in a frame in which the table turns.
+fn turns_in_user_frame(dialect: Dialect) -> bool {
+    matches!(dialect, Dialect::FanucLs | Dialect::Inform)
 }
 
 fn differing(settings: &Settings, plate: f64) -> Option<Elsewhere> {

@@ -108,6 +108,7 @@ fn held_otherwise(programs: &[Program], controls: &[Control], cell: &Cell) -> Op
                 Holds::Part => "$IPO_MODE is #TCP",
                 _ => "$IPO_MODE is #BASE, or not set",
             },
+            Dialect::Val3 => "tools in tHeld, points in fTorch",
             _ => "robhold of its tooldata and wobjdata",
         };
         let line = program.line_of(control.line);

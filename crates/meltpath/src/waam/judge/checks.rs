@@ -12,7 +12,9 @@ use meltpath_toolpath::{Channel, Toolpath};
 use crate::waam::plan::Plan;
 use crate::waam::plan::heights::{ASSEMBLED, EDGE_BEADS, assembled};
 use crate::waam::program::{Commands, Programs};
+use crate::waam::settings::machine::nominal_distance;
 use crate::waam::settings::{Borrowed, Settings};
+use crate::waam::surface::held::plate_on_table;
 
 /// How far layers hang over.
 pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
@@ -98,7 +100,7 @@ pub(crate) fn fixed_torch_check(dialects: &[Dialect], settings: &Settings) -> Op
     let names: Vec<&str> = unknown.into_iter().collect();
     let title = "programs for a torch that stands while the robot moves the part";
     let why = format!(
-        "{}: positions are those of the wire's tip in the part, and the words of this controller for a tool that stands are not known here",
+        "{}: positions are those of the wire's tip in the part; in which words and frames this controller leads a part to a tool that stands is not known here, and by plain poses it would hold another speed than the wire's over the part",
         names.join(", ")
     );
     let check = Check {
@@ -106,6 +108,31 @@ pub(crate) fn fixed_torch_check(dialects: &[Dialect], settings: &Settings) -> Op
         ..Check::not_checked("fixed-torch", title, &why)
     };
     Some(check.remedy("set the tool that stands and the part held by the robot at the controller, and dry-run before the arc burns"))
+}
+
+/// A contact tube distance for which the tool frame of the cell is not set, mm: programs lead the wire's tip, and where that is the tool says.
+/// Nothing where both agree.
+pub(crate) fn tool_check(settings: &Settings) -> Option<Check> {
+    /// What a wire is cut to, mm.
+    const SAME: f64 = 0.5;
+    let (tool, job) = (nominal_distance(&settings.cell), settings.ctwd);
+    if (tool - job).abs() <= SAME {
+        return None;
+    }
+    let why = format!(
+        "the job works at a contact tube distance of {job:.1} mm, and the cell's tool frame is set at {tool:.1} mm: programs say where the wire's tip goes, and a controller whose tool is as the cell says leads it {:.1} mm {}",
+        (tool - job).abs(),
+        if tool > job { "too high" } else { "too low" }
+    );
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked(
+            "tool-distance",
+            "contact tube distance of the job at the cell's tool frame",
+            &why,
+        )
+    };
+    Some(check.remedy("set the controller's tool frame at the job's distance, and write that as program.contact_tube_distance of the cell file; or leave machine.ctwd out"))
 }
 
 /// A stretch of bead: wire feed as set and travel speed, mm/s, length, mm, and where it is.
@@ -244,13 +271,21 @@ fn coverage(plan: &Plan) -> Fact {
     }
 }
 
-/// Whether the beads fit on the plate, which is centred under them; `None` where the job gives no plate.
-pub(crate) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
-    let plate = DVec2::from_array(settings.plate?);
+/// Whether the beads fit on the plate, which is centred under them, where the job gives one, and how it lies on the table of a robot.
+pub(crate) fn plate_checks(plan: &Plan, settings: &Settings) -> impl Iterator<Item = Check> {
     let points = plan.toolpath.passes().flat_map(|p| p.flatten(0.05).0);
-    let (lo, hi) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
-        (lo.min(p.truncate()), hi.max(p.truncate()))
+    let none = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    let [lo, hi] = points.fold(none, |[lo, hi], p| {
+        [lo.min(p.truncate()), hi.max(p.truncate())]
     });
+    let size = settings.plate.map_or(hi - lo, DVec2::from_array);
+    let (middle, half) = (0.5 * (lo + hi), 0.5 * size);
+    let standing = plate_on_table(&[middle - half, middle + half], settings);
+    beyond_plate([lo, hi], settings).into_iter().chain(standing)
+}
+
+fn beyond_plate([lo, hi]: [DVec2; 2], settings: &Settings) -> Option<Check> {
+    let plate = DVec2::from_array(settings.plate?);
     let beyond = 0.5 * (hi - lo + DVec2::splat(settings.bead.width.value) - plate).max_element();
     let check = Check::judge(
         "plate",

@@ -109,53 +109,40 @@ pub(in crate::waam) fn of_weaves() -> Doubt {
     }
 }
 
-/// The doubt that an arc leaves which the controller lets stand at the ends of planned beads: none of them is planned with it.
+/// The doubt that waits leave among the lines by which the cell switches the arc of planned beads: whether it burns meanwhile is not known. Times
+/// that the arc's own words say (ArcTech's data, `T=` of a Yaskawa) are read back with the program, and their metal is laid.
 pub(in crate::waam) fn of_standing(settings: &Settings) -> Option<Doubt> {
     let program = &settings.cell.program;
     let lines = |start: &[String], end: &[String]| [start, end].map(waits);
-    let ([start, end], remedy) = match settings.judged() {
-        Dialect::Krl => {
-            let words = program.krl.as_ref()?;
-            let remedy = "simulate the written program (meltpath simulate), which has it; or let the source see to start and crater, with both times 0";
-            ([words.start_time.0, words.crater_time.0], remedy)
+    let [start, end] = match settings.judged() {
+        Dialect::UrScript => {
+            let words = program.script.as_ref()?;
+            lines(&words.arc_start, &words.arc_end)
         }
-        other => {
-            let remedy = "let the source see to start and crater, without waits in arc_start and arc_end; or weigh a built bead";
-            let both = match other {
-                Dialect::UrScript => program
-                    .script
-                    .as_ref()
-                    .map(|w| lines(&w.arc_start, &w.arc_end)),
-                Dialect::Inform => program
-                    .inform
-                    .as_ref()
-                    .map(|w| lines(&w.arc_start, &w.arc_end)),
-                Dialect::Val3 => program
-                    .val3
-                    .as_ref()
-                    .map(|w| lines(&w.arc_start, &w.arc_end)),
-                _ => None,
-            };
-            (both?, remedy)
+        Dialect::Inform => {
+            let words = program.inform.as_ref()?;
+            lines(&words.arc_start, &words.arc_end)
         }
+        Dialect::Val3 => {
+            let words = program.val3.as_ref()?;
+            lines(&words.arc_start, &words.arc_end)
+        }
+        Dialect::FanucLs | Dialect::Krl | Dialect::Rapid => return None,
     };
     (start + end > 0.0).then(|| Doubt {
         reason: format!(
             "by the cell's words the program stands {start:.2} s where the arc starts and {end:.2} s where it ends: metal that is laid meanwhile is not in the plan"
         ),
-        remedy: remedy.to_owned(),
+        remedy: "let the source see to start and crater, without waits in arc_start and arc_end; or weigh a built bead"
+            .to_owned(),
     })
 }
 
 /// How long lines of an arc wait, s.
 fn waits(lines: &[String]) -> f64 {
     let of = |line: &String| {
-        // a Yaskawa's arc has times of its own; an output that pulses makes nothing wait
-        let of_arc = ["ARCON ", "ARCOF "]
-            .iter()
-            .any(|word| line.starts_with(word));
-        let own = if of_arc { " T=" } else { "TIMER T=" };
-        let rest = ["sleep(", "delay(", own]
+        // an output that pulses makes nothing wait
+        let rest = ["sleep(", "delay(", "TIMER T="]
             .iter()
             .find_map(|word| line.split_once(word).map(|(_, rest)| rest))?;
         let number = rest

@@ -9,7 +9,7 @@ use crate::stages::part::Part;
 use crate::waam::deposit::metal::{self, Laid};
 use crate::waam::deposit::simulate::{Build, Simulation, simulate};
 use crate::waam::error::WaamError;
-use crate::waam::judge::checks::{planned as stretches, range_check};
+use crate::waam::judge::checks::{planned as stretches, range_check, tool_check};
 use crate::waam::judge::feet;
 use crate::waam::plan::PlanStageError;
 use crate::waam::plan::planned::Planned;
@@ -41,6 +41,7 @@ pub(in crate::waam) fn build(
     let mut checks = metal::checks(&laid, (part, plan), settings, (reporter, observer))?;
     checks.extend(range_check(stretches(&plan.toolpath), settings));
     checks.extend(feet::check(commands, settings));
+    checks.extend(tool_check(settings));
     Ok(Built { simulation, checks })
 }
 

@@ -261,7 +261,11 @@ pub(in crate::waam) fn settle(
 
 /// Whether beads laid otherwise may mend a check: it has a figure, and one of the metal.
 fn may_be_mended(check: &Check) -> bool {
-    check.value.is_some() && !matches!(check.id.as_str(), "range" | "plate" | "overhang")
+    check.value.is_some()
+        && !matches!(
+            check.id.as_str(),
+            "range" | "plate" | "standing" | "overhang"
+        )
 }
 
 fn reason(checks: &[Check]) -> String {

@@ -45,6 +45,34 @@ pub(in crate::waam) fn poses(
     poses
 }
 
+/// Where the wire's tip is at the position registers that the cell tells by joints; else why that is not known.
+pub(in crate::waam) fn registers(
+    programs: &[Program],
+    known: &ExecutionSettings,
+    settings: &Settings,
+) -> BTreeMap<u32, Result<Pose, NoPose>> {
+    let plate = settings.plate_height.unwrap_or(0.0);
+    let dialect = programs.first().map(|p| p.dialect);
+    let told = known.positions.iter();
+    let by_joints = told.filter_map(|(number, told)| Some((*number, told.joints?)));
+    by_joints
+        .map(|(number, joints)| {
+            let found = match &settings.robot {
+                None => Err(NoPose::NoRobot),
+                Some(cell) if dialect.is_some_and(|d| !reads(cell.maker, d)) => {
+                    Err(NoPose::OtherMaker)
+                }
+                Some(cell) => pose(cell, &Axis::joints(joints), &[]).ok_or(NoPose::Axes),
+            };
+            let lifted = found.map(|mut pose| {
+                pose.position.z += plate;
+                pose
+            });
+            (number, lifted)
+        })
+        .collect()
+}
+
 /// Where torch and part are, where the robot holds the part.
 pub(in crate::waam) fn standing(cell: &Cell) -> Option<Standing> {
     (holds(cell) == Holds::Part).then(|| Standing {

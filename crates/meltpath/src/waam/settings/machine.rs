@@ -68,7 +68,7 @@ fn robot_of(
         return Ok(None);
     };
     let (mut cell, text) = DataText::load("robot", name, robots::ALL, folder)
-        .and_then(|text| Ok((text.read(robot::read)?, text)))
+        .and_then(|text| Ok((text.robot()?, text)))
         .map_err(|e| e.at(&machine.robot))?;
     if let Some(place) = *machine.place {
         cell.carrier_from_part.position = DVec3::from_array(place.map(|l| l.0));

@@ -7,7 +7,7 @@ use meltpath_base::{Provenance, Reporter};
 
 use super::{machine, process};
 use crate::job::WaamJob;
-use crate::job::waam::OntoTable;
+use crate::job::waam::{OntoTable, SurfaceTable};
 
 /// What is wrong with the files that a job names in tables of which no key is `wrong`.
 pub(crate) fn problems(job: &WaamJob, folder: &Path, wrong: impl Fn(&str) -> bool) -> Vec<Problem> {
@@ -40,5 +40,10 @@ pub(in crate::waam) fn absent_part(job: &WaamJob, folder: &Path) -> Option<Probl
         let body = absent(&onto.body, "the body").map(|why| onto.body.problem(why));
         body.or_else(|| then().map(|why| onto.then.problem(why)))
     };
+    let of_surface = |surface: &SurfaceTable| {
+        let why = absent(surface.field.value.as_ref()?, "the directions of the torch")?;
+        Some(surface.field.problem(why))
+    };
     part.or_else(|| of_body(job.onto.as_ref()?))
+        .or_else(|| of_surface(job.surface.as_ref()?))
 }

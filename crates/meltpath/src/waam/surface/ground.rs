@@ -17,7 +17,8 @@ const SLAB: f64 = 4.0;
 /// Corners that stand for a circle: 0.04 mm off at a radius of 1 m.
 const CORNERS: u32 = 360;
 
-/// What stands there before the first pass: the body, or a cylinder as long as the passes on it. A plane is that of the plate.
+/// What stands there before the first pass: the body, a body of revolution, or a cylinder as long as the passes on it. A plane is that of
+/// the plate.
 pub(crate) fn standing(plan: &SurfacePlan) -> Option<Mesh> {
     let (origin, axis, radius) = match &plan.ground {
         Ground::Body(pieces) => return Some(pieces.body.clone()),
@@ -27,6 +28,11 @@ pub(crate) fn standing(plan: &SurfacePlan) -> Option<Mesh> {
             axis,
             radius,
         }) => (*origin, axis.normalize_or_zero(), *radius),
+        Ground::Base(Base::Revolution {
+            origin,
+            axis,
+            profile,
+        }) => return Some(revolved(*origin, axis.normalize_or_zero(), profile)),
     };
     let points = plan.passes.iter().flat_map(|p| &p.points);
     let along = points.map(|p| (p.position - origin).dot(axis));
@@ -76,7 +82,9 @@ pub(super) struct Spread {
 pub(super) fn spread(plan: &SurfacePlan, body: Option<&Mesh>) -> Option<Spread> {
     let (top, up) = match &plan.ground {
         Ground::Base(Base::Plane { origin, normal }) => (*origin, normal.normalize_or(DVec3::Z)),
-        Ground::Base(Base::Cylinder { .. }) | Ground::Body(_) => (DVec3::ZERO, DVec3::Z),
+        Ground::Base(Base::Cylinder { .. } | Base::Revolution { .. }) | Ground::Body(_) => {
+            (DVec3::ZERO, DVec3::Z)
+        }
     };
     // along the axes of the build where it lies level, as its size is written
     let (u, v) = if up.dot(DVec3::Z) > 1.0 - 1e-9 {
@@ -142,11 +150,11 @@ fn round(holder: &Holder) -> Mesh {
 /// The body of a base, as far as a box needs it and farther.
 pub(super) fn solid(base: &Base, (low, high): (DVec3, DVec3)) -> Mesh {
     let (middle, reach) = (0.5 * (low + high), low.distance(high));
-    match *base {
+    match base {
         Base::Plane { origin, normal } => {
             let up = normal.normalize_or_zero();
             let (u, v) = up.any_orthonormal_pair();
-            let centre = middle - (middle - origin).dot(up) * up;
+            let centre = middle - (middle - *origin).dot(up) * up;
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
             let corner = |(a, b): (f64, f64)| centre + reach * (a * u + b * v);
             prism(&corners.map(corner), -SLAB * up)
@@ -157,10 +165,52 @@ pub(super) fn solid(base: &Base, (low, high): (DVec3, DVec3)) -> Mesh {
             radius,
         } => {
             let along = axis.normalize_or_zero();
-            let end = origin + ((middle - origin).dot(along) - reach) * along;
-            cylinder(end, 2.0 * reach * along, radius)
+            let end = *origin + ((middle - *origin).dot(along) - reach) * along;
+            cylinder(end, 2.0 * reach * along, *radius)
         }
+        Base::Revolution {
+            origin,
+            axis,
+            profile,
+        } => revolved(*origin, axis.normalize_or_zero(), profile),
     }
+}
+
+/// A closed mesh of a body of revolution: places along the axis with the radius there, flat ends. Rims of no radius are tips.
+fn revolved(origin: DVec3, axis: DVec3, profile: &[[f64; 2]]) -> Mesh {
+    let (u, v) = axis.any_orthonormal_pair();
+    let mut mesh = Mesh::default();
+    // a rim of one point where the body ends in a tip
+    let rim = |mesh: &mut Mesh, along: f64, radius: f64| -> Vec<u32> {
+        let first = mesh.vertices.len() as u32;
+        let count = if radius > 0.0 { CORNERS } else { 1 };
+        let corner = |i: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
+            origin + along * axis + radius * (cos * u + sin * v)
+        };
+        mesh.vertices.extend((0..count).map(corner));
+        (0..CORNERS).map(|i| first + i % count).collect()
+    };
+    let (Some(&[low, _]), Some(&[high, _])) = (profile.first(), profile.last()) else {
+        return mesh;
+    };
+    let mut before = rim(&mut mesh, low, 0.0);
+    let rims = profile.iter().filter(|[_, radius]| *radius > 0.0).copied();
+    for [along, radius] in rims.chain([[high, 0.0]]) {
+        let after = rim(&mut mesh, along, radius);
+        for i in 0..CORNERS as usize {
+            let next = (i + 1) % CORNERS as usize;
+            let [a, b, c, d] = [before[i], before[next], after[next], after[i]];
+            if a != b {
+                mesh.triangles.push([a, b, c]);
+            }
+            if c != d {
+                mesh.triangles.push([a, c, d]);
+            }
+        }
+        before = after;
+    }
+    mesh
 }
 
 /// A cylinder from the middle of one end along a way.

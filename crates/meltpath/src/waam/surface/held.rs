@@ -32,16 +32,54 @@ pub(in crate::waam) fn checks(site: Site<'_>, commands: &Commands) -> Vec<Check>
         .collect()
 }
 
-/// How high the lowest of what stands there lies over the table.
-fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Check> {
+/// How the plate of flat layers lies on the table; `corners` are those of what it carries, mm in the part frame.
+pub(in crate::waam) fn plate_on_table(corners: &[DVec2; 2], settings: &Settings) -> Option<Check> {
+    let cell = settings.robot.as_ref()?;
+    let [low, high] = *corners;
+    let corners = [
+        low,
+        high,
+        DVec2::new(low.x, high.y),
+        DVec2::new(high.x, low.y),
+    ];
+    let (lowest, beyond) = over_table(
+        &corners.map(|c| c.extend(-settings.plate_thickness)),
+        settings,
+        cell,
+    )?;
+    let check = standing_check("the plate: its lowest place over the table", lowest);
+    let place = "a place on the table (machine.place: `meltpath reach` finds one), or the table's true size in the robot's file (shapes.table)";
+    Some(match check.status {
+        Status::Fail => check
+            .because("it reaches into the table, and so do beads")
+            .remedy("a place that much higher: machine.place"),
+        _ if lowest > STANDS => Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .because(
+            "nothing is named that holds it there, and what does is not looked at in collisions",
+        )
+        .remedy("a lower place: machine.place"),
+        _ if beyond.middle > 0.0 => Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .because(&off_table(&beyond))
+        .remedy(place),
+        _ if beyond.farthest > STANDS => check.because(&over_edge(&beyond)),
+        _ => check,
+    })
+}
+
+/// The lowest of places in the part frame over the table, mm, the plate below them taken off, and how far those that stand on it lie beyond
+/// its edge; `None` without a table, or where the part does not stand on one.
+fn over_table(places: &[DVec3], settings: &Settings, cell: &Cell) -> Option<(f64, Beyond)> {
     let table = cell.shapes.as_ref()?.table?;
     if cell.arrangement != Arrangement::TorchOnRobot {
         return None;
     }
-    let corners = || {
-        let all = standing.meshes.iter().flat_map(|m| &m.vertices);
-        all.map(|p| cell.carrier_from_part.point(*p))
-    };
+    let corners = || places.iter().map(|p| cell.carrier_from_part.point(*p));
     let bottom = corners().map(|p| p.z).fold(f64::INFINITY, f64::min);
     // the table begins under the plate
     let lowest = bottom + settings.plate_thickness;
@@ -50,12 +88,33 @@ fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Che
     }
     let lowest = if lowest.abs() < SAME { 0.0 } else { lowest };
     let feet = corners().filter(|p| p.z < bottom + STANDS);
-    let beyond = beyond(feet.map(DVec3::truncate), &table);
-    let check = Check::judge(
-        "standing",
+    Some((lowest, beyond(feet.map(DVec3::truncate), &table)))
+}
+
+fn standing_check(title: &str, lowest: f64) -> Check {
+    let measure = Measure::exact(lowest, "mm");
+    Check::judge("standing", title, measure, Limit::AtLeast(0.0))
+}
+
+fn off_table(beyond: &Beyond) -> String {
+    format!(
+        "the middle of what stands on the table lies {:.0} mm beyond its edge: it would tip",
+        beyond.middle
+    )
+}
+
+fn over_edge(beyond: &Beyond) -> String {
+    format!("it hangs {:.0} mm over the table's edge", beyond.farthest)
+}
+
+/// How high the lowest of what stands there lies over the table.
+fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Check> {
+    let all = standing.meshes.iter().flat_map(|m| &m.vertices);
+    let places: Vec<DVec3> = all.copied().collect();
+    let (lowest, beyond) = over_table(&places, settings, cell)?;
+    let check = standing_check(
         "what the part is built on: its lowest place over the table",
-        Measure::exact(lowest, "mm"),
-        Limit::AtLeast(0.0),
+        lowest,
     );
     Some(match check.status {
         Status::Fail => check
@@ -73,10 +132,7 @@ fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Che
             status: Status::CannotSay,
             ..check
         }
-        .because(&format!(
-            "the middle of what stands on the table lies {:.0} mm beyond its edge: it would tip",
-            beyond.middle
-        ))
+        .because(&off_table(&beyond))
         .remedy("a place on the table (machine.place: `meltpath reach` finds one), or its true size in the robot's file (shapes.table)"),
         _ if !standing
             .holders
@@ -87,10 +143,7 @@ fn on_table(standing: &Standing, settings: &Settings, cell: &Cell) -> Option<Che
         }
         .because("a holder touches nothing of the part or the body: what holds them is not named")
         .remedy("machine.holders that reach the body"),
-        _ if beyond.farthest > STANDS => check.because(&format!(
-            "it hangs {:.0} mm over the table's edge",
-            beyond.farthest
-        )),
+        _ if beyond.farthest > STANDS => check.because(&over_edge(&beyond)),
         _ => check,
     })
 }

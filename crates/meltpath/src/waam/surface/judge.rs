@@ -29,9 +29,11 @@ pub(super) fn checks(
     settings: &Settings,
     turned: Option<&Turned>,
 ) -> Vec<Check> {
+    let thickness = plan.thickness.as_ref();
+    let thickness = thickness.and_then(|t| t.check(&plan.passes, settings));
     let mut checks = match plan.ground {
         Ground::Base(_) => {
-            let mut checks = vec![spacing(plan, asked)];
+            let mut checks = vec![thickness.unwrap_or_else(|| spacing(plan, asked))];
             checks.extend(hanging(&plan.passes));
             checks.push(unreached(plan));
             checks.extend(base_check(plan));
@@ -39,13 +41,9 @@ pub(super) fn checks(
             checks.extend(opening(plan));
             checks
         }
-        Ground::Body(_) => {
-            let thickness = plan.thickness.as_ref();
-            let thickness = thickness.and_then(|t| t.check(&plan.passes, settings));
-            std::iter::once(onto::stretch(plan, asked))
-                .chain(thickness)
-                .collect()
-        }
+        Ground::Body(_) => std::iter::once(onto::stretch(plan, asked))
+            .chain(thickness)
+            .collect(),
     };
     checks.push(tilt(plan, settings, turned));
     checks
@@ -81,7 +79,7 @@ fn spacing(plan: &SurfacePlan, asked: &Asked) -> Check {
     ))
     .at(place(&worst))
     .remedy(
-        "surface.strategy = \"distance\"; or a larger checks.spacing, where the bead may be uneven",
+        "surface.strategy = \"distance\"; or surface.speeds = \"adapted\", so that the bead is as high as the distance; or a larger checks.spacing, where it may be uneven",
     )
 }
 
@@ -195,6 +193,12 @@ pub(crate) fn leaning(plan: &SurfacePlan, settings: &Settings) -> Leaning {
     tilts(&plan.passes, &plan.torch).map_or(Leaning::Nothing, Leaning::Along)
 }
 
+/// How often the arc is struck: passes that go on from the one before do not.
+pub(super) fn arc_starts(plan: &SurfacePlan) -> usize {
+    let runs = plan.passes.chunk_by(|a, b| b.goes_on_from(a));
+    runs.count()
+}
+
 /// What a wall on a surface tells without a limit, with the wire that was fed, mm.
 pub(super) fn facts(
     plan: &SurfacePlan,
@@ -213,7 +217,7 @@ pub(super) fn facts(
             Measure::exact(f64::from(passes), ""),
             &plan.cut.map_or_else(String::new, cut_words),
         ),
-        exact("arc-starts", "arc starts", plan.passes.len() as f64, ""),
+        exact("arc-starts", "arc starts", arc_starts(plan) as f64, ""),
         exact(
             "length",
             "length of the beads",
@@ -281,7 +285,9 @@ fn evenness_facts(plan: &SurfacePlan, asked: &Asked) -> Vec<Fact> {
         )
         .at(place(&even.deviation)),
     ];
-    if let Some(near) = nearest(plan, asked) {
+    // speeds follow the nearest place already, and the turns of a spiral touch where one goes on from the other
+    let told = matches!(plan.ground, Ground::Base(_)) && plan.thickness.is_some();
+    if let Some(near) = nearest(plan, asked).filter(|_| !told) {
         let mean = Measure::exact(near.mean, "mm");
         let fact = Fact::new(
             "spacing-nearest",

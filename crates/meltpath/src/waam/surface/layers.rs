@@ -14,12 +14,11 @@ use meltpath_toolpath::Role;
 
 use super::pieces::{OntoMeshes, OntoPart, Piece, Pieces};
 use super::plan::{Ground, SurfacePlan, SurfacePlanError, toolpath, torch};
-use super::thickness::{Thickness, thickness_paces};
+use super::thickness::{Thick, Thickness, known_speeds, thickness_paces};
 use super::{Asked, Shape};
 use crate::waam::plan::ROUNDED_OFF;
 use crate::waam::plan::heights::{grown, over_faces};
 use crate::waam::settings::Settings;
-use crate::waam::settings::bead::PER_MINUTE;
 
 /// The layers of all pieces.
 #[derive(Default)]
@@ -68,7 +67,12 @@ pub(crate) fn plan_layers(
     let passes: Vec<SurfacePass> = laid.beads.into_iter().map(|b| b.pass).collect();
     let thickness = goes_to_top(asked).then(|| {
         let paces = paces_to_top(settings);
-        Thickness::new(&passes, laid.able, paces, settings.bead.width.value)
+        Thickness::new(
+            &passes,
+            (laid.able, paces),
+            settings.bead.width.value,
+            Thick::Filled,
+        )
     });
     let paced = |i: usize| {
         how.get(i)
@@ -260,12 +264,6 @@ fn to_top<'a>(sheet: Option<&'a Mesh>, settings: &Settings) -> ToTop<'a> {
 
 fn paces_to_top(settings: &Settings) -> Paces {
     thickness_paces(settings.bead.travel_speed, known_speeds(settings))
-}
-
-/// The slowest and the fastest speed that the process map knows, mm/s.
-fn known_speeds(settings: &Settings) -> [f64; 2] {
-    let (slowest, fastest) = settings.map.validity.travel_speed;
-    [slowest, fastest].map(|v| v / PER_MINUTE)
 }
 
 /// How often layers are planned anew at the heights to which the last plan's beads would grow: the first moves them by some tenths, the

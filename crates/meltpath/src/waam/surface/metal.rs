@@ -2,16 +2,18 @@
 //!
 //! Metal is laid in voxels of two sizes: what they differ by is part of every uncertainty.
 
+use std::f64::consts::PI;
+
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_deposition::workpiece::{Laid, Loose, Support};
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
-use meltpath_planning::surface::{TorchRule, torch_axes};
+use meltpath_planning::surface::{Torch, TorchRule, axes_along};
 
 use super::grow::{Grown, Metal, outcomes, tube_place};
 use super::plan::{Ground, SurfacePlan};
 use super::{Asked, Shape, onto};
-use crate::job::waam::SurfaceStrategyChoice;
+use crate::job::waam::{SurfaceSpeeds, SurfaceStrategyChoice};
 use crate::waam::deposit::tube;
 use crate::waam::judge::doubt::{self, AHEAD, ASIDE, Doubt};
 use crate::waam::judge::{TubePlace, layer_checks};
@@ -135,11 +137,22 @@ fn converged(fine: Check, coarse: &[Check], (ground, settings): (&Ground, &Setti
 fn remedy(id: &str, asked: Option<&Asked>) -> String {
     const CORRECTED: &str = "the height corrected at the machine every few passes";
     let uneven = |asked: &Asked| match &asked.shape {
-        Shape::Wall(wall) => wall.strategy != SurfaceStrategyChoice::Distance,
+        Shape::Wall(wall) => {
+            wall.strategy != SurfaceStrategyChoice::Distance
+                && wall.speeds == SurfaceSpeeds::Constant
+        }
         Shape::Onto(_) => true,
     };
     let height = asked.is_none_or(|asked| !asked.grows);
     let height = height.then_some("layers.height = \"auto\"");
+    let follows = asked.is_some_and(
+        |asked| matches!(&asked.shape, Shape::Wall(wall) if wall.speeds == SurfaceSpeeds::Adapted),
+    );
+    let height = if follows {
+        Some("surface.grows of what a pass of this wall grows")
+    } else {
+        height
+    };
     let even = asked.is_none_or(uneven);
     let even = even.then_some("surface.strategy = \"distance\", whose passes lie evenly");
     let tangent = asked.is_none_or(|asked| asked.torch != TorchRule::Tangent);
@@ -196,8 +209,9 @@ fn lean(plan: &SurfacePlan) -> Option<Doubt> {
     let angle = |a: DVec3, b: DVec3| a.dot(b).abs().clamp(0.0, 1.0).asin();
     // (how far over what was tried, aside, ahead, pass, place)
     let mut worst: Option<(f64, f64, f64, u32, DVec3)> = None;
-    for pass in &plan.passes {
-        for (point, axis) in pass.points.iter().zip(torch_axes(pass, &plan.torch)) {
+    let axes = axes_along(&plan.passes, &plan.torch);
+    for (pass, axes) in plan.passes.iter().zip(axes) {
+        for (point, axis) in pass.points.iter().zip(axes) {
             let aside = angle(axis, point.normal);
             let ahead = angle(axis, point.normal.cross(point.growth));
             let over = (aside / ASIDE).max(ahead / AHEAD);
@@ -218,9 +232,19 @@ fn lean(plan: &SurfacePlan) -> Option<Doubt> {
             ASIDE.to_degrees(),
             AHEAD.to_degrees()
         ),
-        remedy: "surface.torch = \"tangent\" without surface.tilt, and a smaller surface.lead, so that the torch stands along the wall; or build and measure a short piece"
-            .to_owned(),
+        remedy: against_lean(&plan.torch).to_owned(),
     })
+}
+
+/// What to do about a torch that leans from the wall.
+fn against_lean(torch: &Torch) -> &'static str {
+    let free = torch.rule == TorchRule::Tangent && torch.greatest_tilt >= PI && torch.lead == 0.0;
+    if free {
+        // it stands along the wall: what leans is the pass, as at an end that cuts it off aslant
+        "the wall grows aslant of its pass there: another surface.base, or a surface whose ends follow its growth; or build and measure a short piece"
+    } else {
+        "surface.torch = \"tangent\" without surface.tilt, and a smaller surface.lead, so that the torch stands along the wall; or build and measure a short piece"
+    }
 }
 
 /// What the metal tells without a limit.
@@ -252,6 +276,7 @@ pub(super) fn facts(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::job::waam::SurfacePasses;
     use crate::waam::surface::{BaseAsked, WallAsked};
 
     /// What a job does already would mend nothing.
@@ -264,8 +289,13 @@ mod tests {
                     origin: None,
                     direction: None,
                     radius: None,
+                    profile: None,
                 },
                 strategy,
+                passes: SurfacePasses::Each,
+                speeds: SurfaceSpeeds::Constant,
+                grows: 1.2,
+                field: None,
             }),
             spacing: 1.2,
             grows,

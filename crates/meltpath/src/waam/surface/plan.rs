@@ -5,18 +5,21 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
 use meltpath_planning::onto::{OntoError, OntoLayer};
 use meltpath_planning::surface::{
-    Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
-    SurfaceSettings, SurfaceStrategy, Torch, layers, plan_mesh, plan_patch, without_narrow,
+    Base, FieldError, MeshPasses, Opening, Parameter, Patch, SpiralError, SurfaceError,
+    SurfacePass, SurfacePoint, SurfaceSettings, SurfaceStrategy, Torch, distribution, paced_layers,
+    plan_mesh, plan_patch, without_narrow, wound,
 };
 use meltpath_robot::cell::Arrangement;
-use meltpath_toolpath::{Layer, Toolpath};
+use meltpath_toolpath::{Layer, Role, Toolpath};
 
+use super::directions::{DirectionsError, directions};
 use super::pieces::Pieces;
 use super::sunk::in_base;
-use super::thickness::Thickness;
+use super::thickness::{Thick, Thickness, wall_pace};
 use super::{Asked, BaseAsked, WallAsked};
-use crate::job::waam::SurfaceStrategyChoice;
+use crate::job::waam::{SurfacePasses, SurfaceSpeeds, SurfaceStrategyChoice};
 use crate::stages::sheet::{Rectangle, Sheet};
+use crate::waam::plan::merge_short_moves;
 use crate::waam::plan::profile::profile;
 use crate::waam::settings::Settings;
 
@@ -29,7 +32,7 @@ pub struct SurfacePlan {
     pub passes: Vec<SurfacePass>,
     /// Heights of the layers from the first on, mm, in the mean where they are not the same everywhere; the last one repeats.
     pub heights: Vec<f64>,
-    /// Of layers that go to the top of a part, how thick they are where.
+    /// Of layers that go to the top of a part, and of walls whose speeds follow the distance, how thick they are where.
     pub thickness: Option<Thickness>,
     /// What it stands on.
     pub ground: Ground,
@@ -86,7 +89,7 @@ pub struct Cut {
 /// What layers stand on.
 #[derive(Debug, Clone)]
 pub enum Ground {
-    /// A plane or a cylinder under a wall.
+    /// A plane, a cylinder or a body of revolution under a wall.
     Base(Base),
     /// A body, with the parts that grow out of it.
     Body(Box<Pieces>),
@@ -98,6 +101,19 @@ pub enum SurfacePlanError {
     /// The passes.
     #[error(transparent)]
     Passes(#[from] SurfaceError),
+    /// The file of the torch's directions.
+    #[error(transparent)]
+    Directions(#[from] DirectionsError),
+    /// Its directions.
+    #[error("{0} (surface.field)")]
+    Field(#[from] FieldError),
+    /// A bead that winds up the wall.
+    #[error("{source}; {} surface.passes = \"each\", or name faces that make one (surface.faces)", below(.source))]
+    Spiral {
+        /// Why there is none.
+        #[from]
+        source: SpiralError,
+    },
     /// Layers on a body.
     #[error(transparent)]
     Onto(#[from] OntoError),
@@ -148,6 +164,16 @@ pub enum SurfacePlanError {
     },
 }
 
+/// What ends a spiral below the pass that it cannot go round, where some are.
+fn below(why: &SpiralError) -> String {
+    match why {
+        SpiralError::Open { pass, .. } | SpiralError::Pieces { pass, .. } if *pass > 2 => {
+            format!("end it below (layers.count = {}), write", pass - 1)
+        }
+        _ => "write".to_owned(),
+    }
+}
+
 /// Plans the passes of a surface and the torch along them.
 ///
 /// # Errors
@@ -187,19 +213,32 @@ pub fn plan_wall(
     if wide.is_empty() {
         return Err(SurfacePlanError::Narrow { least });
     }
-    let passes = ordered(&wide);
+    let read = |file| directions(file, &sheet.build_from_file, settings.bead.width.value);
+    let field = wall.field.as_deref().map(read).transpose()?;
+    if let Some(field) = &field {
+        wide = field.along(&wide)?;
+    }
+    let ((passes, speeds), thickness) = laid(&wide, asked, (wall, settings))?;
     let in_base = in_base(&sheet.mesh, &base);
     let begin = match base {
         Base::Plane { normal, .. } => normal,
-        // around a cylinder a wall begins in every direction: none but the vertical is that of all
-        Base::Cylinder { .. } => DVec3::Z,
+        // around an axis a wall begins in every direction: none but the vertical is that of all
+        Base::Cylinder { .. } | Base::Revolution { .. } => DVec3::Z,
     };
-    let torch = torch(asked, begin, settings);
+    let mut torch = torch(asked, begin, settings);
+    torch.field = field;
+    let paced = |i: usize| (Role::Contour, speeds.get(i).map_or(&[][..], Vec::as_slice));
     Ok(SurfacePlan {
-        toolpath: toolpath(layers(&passes, &torch, asked.spacing), settings),
+        toolpath: toolpath(
+            paced_layers(&passes, &torch, asked.spacing, paced),
+            settings,
+        ),
+        heights: match &thickness {
+            Some(_) => heights(&passes, asked.spacing),
+            None => vec![asked.spacing],
+        },
         passes,
-        heights: vec![asked.spacing],
-        thickness: None,
+        thickness,
         ground: Ground::Base(base),
         torch,
         ends,
@@ -211,13 +250,54 @@ pub fn plan_wall(
     })
 }
 
+/// Passes, with the speeds of their moves, mm/s.
+type Paced = (Vec<SurfacePass>, Vec<Vec<Option<f64>>>);
+
+/// Passes in the order in which they are laid, the speeds of their moves, mm/s, and how thick they are where that follows.
+fn laid(
+    passes: &[SurfacePass],
+    asked: &Asked,
+    (wall, settings): (&WallAsked, &Settings),
+) -> Result<(Paced, Option<Thickness>), SurfacePlanError> {
+    let pace = wall_pace(wall.grows, settings);
+    let paced = match (wall.passes, wall.speeds) {
+        (SurfacePasses::Each, SurfaceSpeeds::Constant) => {
+            return Ok(((ordered(passes), Vec::new()), None));
+        }
+        (SurfacePasses::Each, SurfaceSpeeds::Adapted) => {
+            pace.wall(&ordered(passes), settings.chord_error)
+        }
+        (SurfacePasses::Spiral, _) => {
+            let turns = wound(passes, &pace, asked.spacing)?;
+            pace.as_laid(&turns, settings.chord_error)
+        }
+    };
+    let able = (vec![pace.able()], pace.paces);
+    let height = asked.spacing;
+    let width = settings.bead.width.value;
+    let thickness = Thickness::new(&paced.0, able, width, Thick::Wall { height });
+    Ok((paced, Some(thickness)))
+}
+
+/// The mean distance of each pass from what it is laid on, mm; `spacing` of one that lies on nothing.
+fn heights(passes: &[SurfacePass], spacing: f64) -> Vec<f64> {
+    let groups = passes.chunk_by(|a, b| a.number == b.number);
+    let mean = |group: &[SurfacePass]| {
+        let all = distribution(group, |pass, i| pass.points[i].spacing());
+        all.map_or(spacing, |d| d.mean)
+    };
+    groups.map(mean).collect()
+}
+
 /// The toolpath of beads.
 pub(super) fn toolpath(layers: Vec<Layer>, settings: &Settings) -> Toolpath {
-    Toolpath {
+    let mut toolpath = Toolpath {
         profiles: vec![profile(settings)],
         layers,
         ..Toolpath::default()
-    }
+    };
+    merge_short_moves(&mut toolpath, settings);
+    toolpath
 }
 
 /// The base in the build. A plane whose place is not written lies under the surface.
@@ -227,9 +307,17 @@ fn base(asked: &BaseAsked, sheet: &Sheet) -> Base {
         .direction
         .map_or(DVec3::Z, |d| place.transform_vector3(d).normalize());
     let written = asked.origin.map(|o| place.transform_point3(o));
+    let on_axis = || written.unwrap_or(place.transform_point3(DVec3::ZERO));
+    if let Some(profile) = &asked.profile {
+        return Base::Revolution {
+            origin: on_axis(),
+            axis: direction,
+            profile: profile.clone(),
+        };
+    }
     if let Some(radius) = asked.radius {
         return Base::Cylinder {
-            origin: written.unwrap_or(place.transform_point3(DVec3::ZERO)),
+            origin: on_axis(),
             axis: direction,
             radius,
         };
@@ -254,6 +342,7 @@ pub(super) fn torch(asked: &Asked, begin: DVec3, settings: &Settings) -> Torch {
         greatest_tilt: asked.tilt.unwrap_or(std::f64::consts::PI),
         lead: asked.lead,
         even: settings.bead.width.value,
+        field: None,
     }
 }
 

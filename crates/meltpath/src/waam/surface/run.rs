@@ -6,6 +6,7 @@ use meltpath_report::html::Report;
 
 use super::Asked;
 use super::ground::shown;
+use super::judge::arc_starts;
 use super::plan::SurfacePlan;
 use super::wall::{Placed, placed, wall};
 use crate::outcome::{self, Examined, Outcome};
@@ -83,7 +84,7 @@ pub(in crate::waam) fn plan_only(
     let passes = plan.passes.last().map_or(0, |p| p.number);
     let mut lines = vec![format!(
         "{} beads, {:.1} m, in {passes} layers {:.3} mm apart",
-        plan.passes.len(),
+        arc_starts(&plan),
         plan.toolpath.deposited_length() / 1000.0,
         asked.spacing
     )];

@@ -27,7 +27,7 @@ use crate::waam::drive::site::Site;
 use crate::waam::drive::solids::Standing;
 use crate::waam::error::WaamError;
 use crate::waam::judge::checks::{
-    borrowed_check, fixed_torch_check, heat_check, planned, range_check,
+    borrowed_check, fixed_torch_check, heat_check, planned, range_check, tool_check,
 };
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::plan::planned::read_back;
@@ -67,17 +67,17 @@ pub(crate) struct Wall {
 }
 
 /// The files of a job, read and placed.
-enum Read {
-    Wall(Sheet, WallAsked),
+enum Read<'a> {
+    Wall(Sheet, &'a WallAsked),
     Onto(Onto),
 }
 
-fn read(
+fn read<'a>(
     loaded: &Loaded,
-    asked: &Asked,
+    asked: &'a Asked,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Read, WaamError> {
+) -> Result<Read<'a>, WaamError> {
     let settings = &loaded.settings;
     Ok(match &asked.shape {
         Shape::Wall(wall) => {
@@ -88,7 +88,7 @@ fn read(
                 faces: wall.faces.as_deref(),
             };
             let sheet = sheet::load(&settings.part, how, reporter, observer)?;
-            Read::Wall(sheet, wall.clone())
+            Read::Wall(sheet, wall)
         }
         Shape::Onto(on) => {
             let how = onto::How {
@@ -129,7 +129,7 @@ pub(in crate::waam) fn placed(
     observer.stage("plan", 0);
     Ok(match read {
         Read::Wall(sheet, wall) => {
-            let plan = plan_wall(&sheet, asked, (&wall, settings))?;
+            let plan = plan_wall(&sheet, asked, (wall, settings))?;
             Placed {
                 standing: stands(&plan, settings, &sheet.build_from_file),
                 plan,
@@ -210,6 +210,7 @@ pub(super) fn wall(
     checks.extend(of_arm.map(|check| written.otherwise.undecided(check, settings)));
     checks.extend(held::checks(site, &commands));
     checks.extend(fixed_torch_check(&settings.dialects(), settings));
+    checks.extend(tool_check(settings));
     let of_machine = (&driven.summary, driven.wire());
     let mut facts = judge::facts(&plan, asked, settings, of_machine, turned.as_ref());
     if let Ok(grown) = &driven.grown {

@@ -11,7 +11,7 @@ use crate::support::write;
 /// A hatch in one direction, 0.1 mm apart, on cells of 62.5 µm.
 fn verdict(folder: &Path, ebm: &str, region: &str, rest: &str) -> Verdict {
     let text = format!(
-        "[process]\nkind = \"ebm\"\n[ebm]\ndiameter = \"400 µm\"\n{ebm}[region]\n{region}[hatch]\nstrategy = \"one-way\"\nspacing = \"0.1 mm\"\nspeed = \"2 m/s\"\ncurrent = \"3.5 mA\"\noverrun = \"0.09 mm\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"2890 °C\"\n[checks]\noutside = \"30 %\"\nfarthest = \"0.4 mm\"\n{rest}"
+        "[process]\nkind = \"ebm\"\n[ebm]\ndiameter = \"400 µm\"\n{ebm}[region]\n{region}[hatch]\nstrategy = \"one-way\"\nspacing = \"0.1 mm\"\nspeed = \"2 m/s\"\ncurrent = \"3.5 mA\"\noverrun = \"0.09 mm\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"2890 °C\"\nmodel = \"solver\"\n[checks]\noutside = \"30 %\"\nfarthest = \"0.4 mm\"\n{rest}"
     );
     let file = write(folder, "job.toml", text);
     let out = folder.join("out");

@@ -45,7 +45,7 @@ fn own(folder: &Path, lag: &str) {
 #[test]
 fn the_solver_judges_what_the_gun_draws() {
     let dir = tempfile::tempdir().unwrap();
-    let judge = "[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[region]\ncontour = [[\"0 mm\", \"-1 mm\"], [\"2 mm\", \"-1 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\n[judge]\ncell = \"0.05 mm\"\nstep = \"10 us\"\n";
+    let judge = "[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\nmodel = \"solver\"\n[region]\ncontour = [[\"0 mm\", \"-1 mm\"], [\"2 mm\", \"-1 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\n[judge]\ncell = \"0.05 mm\"\nstep = \"10 us\"\n";
     let run = |name: &str, path: &str| {
         std::fs::write(dir.path().join("path.csv"), path).unwrap();
         let gun = if name.is_empty() {

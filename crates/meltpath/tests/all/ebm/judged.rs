@@ -17,7 +17,7 @@ fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
     let dir = tempfile::tempdir().unwrap();
     let verdict = |beam: &str| {
         let extra = format!(
-            "[ebm]\n{beam}[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
+            "[ebm]\n{beam}[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\nmodel = \"solver\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
         );
         verdict_of(dir.path(), &extra)
     };
@@ -76,7 +76,7 @@ fn the_solver_judges_without_charts() {
     let file = dir.path().join("job.toml");
     let write = |charts: &str, rest: &str| {
         let text = format!(
-            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\n{charts}[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n{rest}"
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\n{charts}[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\nmodel = \"solver\"\n{rest}"
         );
         std::fs::write(&file, text).unwrap();
     };
@@ -129,7 +129,7 @@ fn the_solver_judges_without_charts() {
 fn a_found_path_is_told_beside_the_given_one() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("job.toml");
-    let job = "[process]\nkind = \"ebm\"\n[charts]\npreview = \"none\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1 mm\", \"0 mm\"], [\"1 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[window]\nlow = \"2900 °C\"\nhigh = \"3000 °C\"\n[hatch]\nstrategy = \"one-way\"\noverrun = \"0.1 mm\"\nspacing = \"0.1 mm\"\nspeed = \"1400 mm/s\"\ncurrent = \"2 mA\"\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 4\ncell = \"0.125 mm\"\nstep = \"20 us\"\nspeeds = [\"40 %\", \"300 %\"]\n[judge]\ncell = \"0.04 mm\"\nstep = \"10 us\"\n";
+    let job = "[process]\nkind = \"ebm\"\n[charts]\npreview = \"none\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1 mm\", \"0 mm\"], [\"1 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[window]\nlow = \"2900 °C\"\nhigh = \"3000 °C\"\nmodel = \"solver\"\n[hatch]\nstrategy = \"one-way\"\noverrun = \"0.1 mm\"\nspacing = \"0.1 mm\"\nspeed = \"1400 mm/s\"\ncurrent = \"2 mA\"\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 4\ncell = \"0.125 mm\"\nstep = \"20 us\"\nspeeds = [\"40 %\", \"300 %\"]\n[judge]\ncell = \"0.04 mm\"\nstep = \"10 us\"\n";
     std::fs::write(&file, job).unwrap();
     let told = chain::run(&file, At(&dir.path().join("out")), &Silent);
     let verdict = told.unwrap().verdict;
@@ -173,7 +173,7 @@ fn all_of_the_section_is_judged() {
     let file = dir.path().join("job.toml");
     let verdict = |long: f64, name: &str| {
         let text = format!(
-            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"{long} mm\"], [\"0 mm\", \"{long} mm\"]]\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"{long} mm\"], [\"0 mm\", \"{long} mm\"]]\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\nmodel = \"solver\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
         );
         std::fs::write(&file, text).unwrap();
         let out = dir.path().join(name);
@@ -212,7 +212,7 @@ fn a_layer_stands_on_what_the_one_below_left() {
     let file = dir.path().join("job.toml");
     let run = |layers: u32, judge: &str| {
         let text = format!(
-            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nlayers = {layers}\nefficiency = \"45 %\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{judge}"
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nlayers = {layers}\nefficiency = \"45 %\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\nmodel = \"solver\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{judge}"
         );
         std::fs::write(&file, text).unwrap();
         let out = dir.path().join("out");
@@ -284,7 +284,7 @@ impl Observer for Stop<'_> {
 fn an_interrupted_run_goes_on() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("job.toml");
-    let text = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"5 mm\", \"0 mm\"], [\"5 mm\", \"4 mm\"], [\"0 mm\", \"4 mm\"]]\n[hatch]\nstrategy = \"lines\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"2000 °C\"\nhigh = \"2900 °C\"\n[judge]\ncell = \"0.06 mm\"\nbetween = \"1 s\"\n";
+    let text = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"5 mm\", \"0 mm\"], [\"5 mm\", \"4 mm\"], [\"0 mm\", \"4 mm\"]]\n[hatch]\nstrategy = \"lines\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"2000 °C\"\nhigh = \"2900 °C\"\nmodel = \"solver\"\n[judge]\ncell = \"0.06 mm\"\nbetween = \"1 s\"\n";
     std::fs::write(&file, text).unwrap();
     let [out, whole] = ["out", "whole"].map(|name| dir.path().join(name));
     let kept = dir.path().join("out-interrupted");

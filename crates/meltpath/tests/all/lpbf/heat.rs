@@ -86,7 +86,7 @@ fn a_boiling_surface_is_told_and_not_judged_against() {
     assert_eq!(check.status, Status::CannotSay, "{check:?}");
     says(
         &check.reason,
-        &["lower bound", "how deep cannot be said: a spot of 70 µm"],
+        &["lower bound", "cannot be said: a spot of 70 µm"],
     );
 }
 

@@ -375,3 +375,46 @@ fn a_waist_that_melts_nothing_is_refused() {
     let told = own_head(dir.path(), &with(THREE, "waist", "40 mm"));
     says(&told, &["beam.waist is 40 mm"]);
 }
+
+/// A wavelength in another unit.
+#[test]
+fn a_wavelength_that_no_laser_has_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = own_head(dir.path(), &with(THREE, "wavelength", "1070 mm"));
+    says(&told, &["beam.wavelength is 1070 mm"]);
+}
+
+/// A law of a material that goes below zero is told at its table.
+#[test]
+fn laws_below_zero_are_told_at_their_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let shipped = meltpath_data::materials::ALL
+        .iter()
+        .find(|m| m.name == "in625-laser")
+        .unwrap();
+    for (law, negative, table) in [
+        (
+            "[8.275, 0.01472]",
+            "[8.275, -0.01472]",
+            "[conductivity.solid]",
+        ),
+        (
+            "\n[specific_heat.solid]\npolynomial = [",
+            "\n[specific_heat.solid]\npolynomial = [-",
+            "[specific_heat.solid]",
+        ),
+    ] {
+        assert!(shipped.text.contains(law), "{law}");
+        let text = shipped.text.replace(law, negative);
+        let line = text.lines().position(|l| l == table).unwrap() + 1;
+        write(dir.path(), "own.toml", text);
+        let folder = dir.path();
+        let told = meltpath::material::load(
+            "own.toml",
+            meltpath_thermal::material::file::Readings::default(),
+            folder,
+        );
+        let told = told.unwrap_err().to_string();
+        assert!(told.contains(&format!("own.toml:{line}")), "{told}");
+    }
+}

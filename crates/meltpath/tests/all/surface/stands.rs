@@ -6,7 +6,7 @@ use meltpath_base::Status;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::shapes;
 
-use super::{BEAD, Ran, job, leaning, sheet};
+use super::{BEAD, Ran, disc, job, leaning, refused, sheet};
 
 /// The ends of an open wall sink; where the wall twists the arc strikes them along the torch, and finds the crest: nothing hangs.
 #[test]
@@ -65,4 +65,34 @@ fn a_wall_beyond_its_plate_fails_and_one_half_in_its_base_is_told() {
     assert!((told.value.as_ref().unwrap().value - 50.0).abs() < 1e-6);
     let root = of("[surface.base]\norigin = [\"0 mm\", \"0 mm\", \"0.5 mm\"]\n");
     assert_eq!(root.check("in-base").status, Status::Pass);
+}
+
+/// On a cone, 12 mm from its axis where the disc stands on it.
+#[test]
+fn metal_on_a_body_of_revolution_begins_on_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = disc();
+    sheet(dir.path(), &disc);
+    let how = |profile: &str| {
+        format!(
+            "base.profile = {profile}\nbase.direction = [0.0, 0.0, 1.0]\ntorch = \"tangent\"\n{BEAD}"
+        )
+    };
+    let cone = how("[[\"-16 mm\", \"16 mm\"], [\"24 mm\", \"6 mm\"]]");
+    let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", &cone), dir);
+    let loose = ran.check("loose");
+    assert_eq!(loose.status, Status::Pass, "{loose:?}");
+    // the first pass lies one layer beside where the cone meets the disc
+    for p in ran.pass(1) {
+        let radius = p.truncate().length();
+        assert!((radius - 12.0 - 1.48).abs() < 0.03, "{p}");
+    }
+    let dir = tempfile::tempdir().unwrap();
+    sheet(dir.path(), &disc);
+    let back = how("[[\"0 mm\", \"16 mm\"], [\"0 mm\", \"6 mm\"]]");
+    let told = refused(dir.path(), "sheet.stl", "1.48 mm", &back);
+    assert!(told.contains("place 2 of the profile"), "{told}");
+    let both = how("[[\"0 mm\", \"16 mm\"], [\"9 mm\", \"6 mm\"]]\nbase.radius = \"12 mm\"");
+    let told = refused(dir.path(), "sheet.stl", "1.48 mm", &both);
+    assert!(told.contains("a radius and a profile"), "{told}");
 }

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use meltpath_base::Silent;
 use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
-use meltpath_planning::surface::layers;
+use meltpath_planning::surface::paced_layers;
 use meltpath_robot::cell::{self, Cell, Frames, Values};
 use meltpath_robot::posture::{Axes, Follower, Rotation, Task, hold};
 use meltpath_robot::{Command, Kind, Smoothing, Source};
+use meltpath_toolpath::Role;
 
 use super::*;
 
@@ -28,7 +29,9 @@ fn program() -> (Pose, Vec<Command>) {
     let passes = planned(SurfaceStrategy::Distance);
     let mut start = None;
     let mut commands: Vec<Command> = Vec::new();
-    for layer in layers(&passes, &upwards(TorchRule::Half), STEP) {
+    for layer in paced_layers(&passes, &upwards(TorchRule::Half), STEP, |_| {
+        (Role::Contour, &[])
+    }) {
         for pass in layer.passes() {
             for (i, point) in pass.points.iter().enumerate() {
                 let pose = Pose::of_tool(*point, pass.axis(i).unwrap(), 0.0);

@@ -1,7 +1,8 @@
 //! How the torch is held along passes on the torus, and what becomes of the passes in a toolpath.
 
 use super::*;
-use meltpath_planning::surface::{SurfacePoint, layers, tilts, torch_axes};
+use meltpath_planning::surface::{SurfacePoint, paced_layers, tilts, torch_axes};
+use meltpath_toolpath::Role;
 
 fn passes() -> Vec<SurfacePass> {
     planned(SurfaceStrategy::Distance)
@@ -78,7 +79,9 @@ fn a_torch_that_pushes_points_its_wire_ahead() {
 #[test]
 fn passes_become_layers_with_the_torch_at_every_point() {
     let passes = passes();
-    let layers = layers(&passes, &upwards(TorchRule::Half), STEP);
+    let layers = paced_layers(&passes, &upwards(TorchRule::Half), STEP, |_| {
+        (Role::Contour, &[])
+    });
     assert_eq!(layers.len(), 20);
     let mut ids = Vec::new();
     for layer in &layers {

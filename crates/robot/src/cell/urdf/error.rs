@@ -1,5 +1,7 @@
 //! Why a URDF gives no robot file.
 
+use std::path::PathBuf;
+
 /// Why a URDF gives no robot file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UrdfError {
@@ -39,10 +41,19 @@ pub enum UrdfError {
         lines: [usize; 2],
     },
     /// Links that hang on two joints, or on themselves.
-    #[error("link \"{0}\" hangs on more than one joint, or on itself: loops are not arms")]
+    #[error(
+        "link \"{0}\" hangs on more than one joint, or on itself: loops are not arms; take all but one of the joints that lead to it out"
+    )]
     Loop(String),
+    /// Links that nothing carries beside the root.
+    #[error(
+        "links \"{}\" and \"{}\" both hang on nothing: a robot has one root; join them by a fixed joint, or take one with all it carries out", .0[0], .0[1]
+    )]
+    Roots([String; 2]),
     /// Not six turning joints in a row.
-    #[error("{found} turning joints stand one after the other, an arm has six")]
+    #[error(
+        "{found} turning joints stand one after the other, an arm has six: make others fixed, or take them out; a positioner and a track are written as [positioner] and [track] of the robot file"
+    )]
     Joints {
         /// How many there are.
         found: usize,
@@ -56,6 +67,16 @@ pub enum UrdfError {
         line: usize,
         /// What is wrong with it.
         fault: JointFault,
+    },
+    /// A shape of a link that cannot be taken.
+    #[error("link \"{link}\", its shape in line {line}: {fault}")]
+    Link {
+        /// The link.
+        link: String,
+        /// Where the shape begins.
+        line: usize,
+        /// What is wrong with it.
+        fault: LinkFault,
     },
     /// What was understood makes no robot file.
     #[error("its numbers make no arm: {0}")]
@@ -129,4 +150,44 @@ pub enum JointFault {
     /// Angles beyond a turn.
     #[error("its rpy has {0}, which is rad and more than a turn: are degrees written?")]
     Turned(f64),
+}
+
+/// What is wrong with a shape of a link, and what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LinkFault {
+    /// A number that is none, or no size.
+    #[error("{what} is \"{text}\": numbers in metres are needed, sizes above zero")]
+    Number {
+        /// What of it.
+        what: &'static str,
+        /// What is written.
+        text: String,
+    },
+    /// A mesh in a format that is not read.
+    #[error(
+        "the mesh \"{file}\" is no STL, and no other format is read: convert it to STL (Blender, MeshLab, FreeCAD), or write the radii of the links as links of [shapes] in the robot file"
+    )]
+    Format {
+        /// As it is named.
+        file: String,
+    },
+    /// A mesh that is not there.
+    #[error(
+        "the mesh \"{file}\" is not there; looked for were {}. Put it there, or write the radii of the links as links of [shapes] in the robot file",
+        .looked.iter().take(4).map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+    )]
+    Missing {
+        /// As it is named.
+        file: String,
+        /// Where it was looked for.
+        looked: Vec<PathBuf>,
+    },
+    /// A mesh that cannot be read.
+    #[error("the mesh {} cannot be taken: {what}", .file.display())]
+    Mesh {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
 }

@@ -10,7 +10,7 @@ use quick_xml::reader::Reader;
 use super::error::{JointFault, UrdfError};
 
 /// mm a metre, in which URDFs write.
-const MILLIMETRES: f64 = 1000.0;
+pub(super) const MILLIMETRES: f64 = 1000.0;
 
 /// More joints than this no robot has.
 const MOST: usize = 1000;
@@ -62,6 +62,10 @@ pub(super) struct Joint {
 impl Joint {
     pub(super) fn turns(&self) -> bool {
         matches!(self.kind, JointType::Revolute | JointType::Continuous)
+    }
+
+    pub(super) fn moves(&self) -> bool {
+        self.kind != JointType::Fixed
     }
 
     /// Its frame in that of the joint before, mm.
@@ -141,24 +145,32 @@ impl Joint {
     }
 }
 
-fn finite(text: &str) -> Option<f64> {
+pub(super) fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|n: &f64| n.is_finite())
 }
 
-fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
+pub(super) fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
     let found = element.try_get_attribute(name).ok()??;
     Some(found.value.into_owned())
 }
 
 /// The line of a text in which each of ever greater places lies.
-struct Lines<'a> {
+pub(super) struct Lines<'a> {
     text: &'a str,
     counted: usize,
     line: usize,
 }
 
-impl Lines<'_> {
-    fn of(&mut self, place: u64) -> usize {
+impl<'a> Lines<'a> {
+    pub(super) fn of_text(text: &'a str) -> Self {
+        Lines {
+            text,
+            counted: 0,
+            line: 1,
+        }
+    }
+
+    pub(super) fn of(&mut self, place: u64) -> usize {
         let to = usize::try_from(place).unwrap_or(usize::MAX);
         let to = to.clamp(self.counted, self.text.len());
         // places lie between characters
@@ -172,11 +184,7 @@ impl Lines<'_> {
 /// All joints of a file, and its robot's name.
 pub(super) fn joints(text: &str) -> Result<(String, Vec<Joint>), UrdfError> {
     let mut reader = Reader::from_str(text);
-    let mut lines = Lines {
-        text,
-        counted: 0,
-        line: 1,
-    };
+    let mut lines = Lines::of_text(text);
     let (mut name, mut ended) = (None, false);
     let mut joints = Vec::new();
     let mut current: Option<Joint> = None;

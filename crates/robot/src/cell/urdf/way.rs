@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
+use super::bodies::{Carried, carried};
 use super::error::{JointFault, UrdfError};
 use super::read::{Joint, JointType, joints};
 use crate::cell::file::FASTEST;
@@ -21,6 +22,8 @@ pub(super) struct UrdfArm {
     pub(super) last_from_flange: Pose,
     /// The link that is the flange.
     pub(super) flange: String,
+    /// The links on it, and those that move by joints beside it.
+    pub(super) carried: (Vec<Carried>, Vec<String>),
 }
 
 /// A turning joint, with the fixed ones before it in its place; mm and rad.
@@ -51,7 +54,7 @@ pub(super) enum End {
 /// The arm of a file: of the ways from its root the one with the most turning joints.
 pub(super) fn arm(text: &str) -> Result<UrdfArm, UrdfError> {
     let (name, joints) = joints(text)?;
-    let way = from_root(&joints)?;
+    let (root, way) = from_root(&joints)?;
     if let Some(slides) = way.iter().find(|j| j.kind == JointType::Prismatic) {
         return Err(slides.wrong(JointFault::Slides));
     }
@@ -84,17 +87,19 @@ pub(super) fn arm(text: &str) -> Result<UrdfArm, UrdfError> {
         movable.push(turning(joint, fixed.then(joint.pose()))?);
         fixed = Pose::IDENTITY;
     }
+    let carried = carried(root, &joints, &way);
     Ok(UrdfArm {
         name,
         root_from_base,
         joints: movable,
         last_from_flange: fixed,
         flange: way.last().map_or(String::new(), |j| j.child.clone()),
+        carried,
     })
 }
 
-/// The joints from the root to the flange.
-fn from_root(joints: &[Joint]) -> Result<Vec<&Joint>, UrdfError> {
+/// The root, and the joints from there to the flange.
+fn from_root(joints: &[Joint]) -> Result<(&str, Vec<&Joint>), UrdfError> {
     let mut of_parent: BTreeMap<&str, Vec<&Joint>> = BTreeMap::new();
     let mut of_child: BTreeMap<&str, &Joint> = BTreeMap::new();
     for joint in joints {
@@ -103,13 +108,26 @@ fn from_root(joints: &[Joint]) -> Result<Vec<&Joint>, UrdfError> {
             return Err(UrdfError::Loop(joint.child.clone()));
         }
     }
-    let is_root = |j: &&Joint| !of_child.contains_key(j.parent.as_str());
-    match joints.iter().find(is_root) {
-        Some(root) => Ok(longest(&of_parent, &root.parent)),
-        None => Err(match joints.first() {
+    let parents = joints.iter().map(|j| j.parent.as_str());
+    let roots: Vec<&str> = parents.filter(|l| !of_child.contains_key(l)).collect();
+    let Some(&root) = roots.first() else {
+        return Err(match joints.first() {
             Some(joint) => UrdfError::Loop(joint.child.clone()),
             None => UrdfError::Broken("it has no joints".to_owned()),
-        }),
+        });
+    };
+    if let Some(other) = roots.into_iter().find(|link| *link != root) {
+        return Err(UrdfError::Roots([root, other].map(str::to_owned)));
+    }
+    // what the root does not lead to goes round in a circle
+    let mut open = vec![root];
+    while let Some(link) = open.pop() {
+        of_child.remove(link);
+        open.extend(of_parent.get(link).into_iter().flatten().map(|j| &*j.child));
+    }
+    match of_child.keys().next() {
+        Some(link) => Err(UrdfError::Loop((*link).to_owned())),
+        None => Ok((root, longest(&of_parent, root))),
     }
 }
 

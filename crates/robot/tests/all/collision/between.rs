@@ -42,7 +42,10 @@ fn drawn(job: &Job, joints: [f64; 6], post: DVec3) -> [f64; 2] {
     ];
     let third = job.cell.arm.chain.frames(&joints)[2];
     let end = job.cell.arm.chain.joints[3].parent_from_joint.position;
-    let [link, body] = [shapes.links[2], shapes.torch];
+    let Links::Bars(radii) = &shapes.links else {
+        panic!("{:?}", shapes.links);
+    };
+    let [link, body] = [radii[2], shapes.torch];
     let forearm = [
         frames.base.then(third).position,
         frames

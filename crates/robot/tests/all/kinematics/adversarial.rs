@@ -20,7 +20,7 @@ fn hair(random: &mut Random) -> f64 {
 }
 
 /// Joints at a singularity, a limit or the border, or a hair beside.
-fn nasty(arm: &Arm, random: &mut Random) -> [f64; 6] {
+pub(super) fn nasty(arm: &Arm, random: &mut Random) -> [f64; 6] {
     let mut joints = anywhere(random);
     let half_turns = |random: &mut Random| PI * f64::from((random.bits() % 3) as u32) - PI;
     for _ in 0..=random.bits() % 2 {

@@ -162,6 +162,56 @@ fn calibrated_axes_are_made_rigid() {
     assert!((base * DVec3::X).distance(DVec3::Y) < 3e-4);
 }
 
+/// Points as the pendant shows them place table and base, whatever the arm stands on; and the frame that is told is the one that was touched.
+#[test]
+fn touched_points_place_a_frame() {
+    let of = |tables: &str| cell::read(&with("staubli-rx60b", tables));
+    let touched = "touched = [[\"500 mm\", \"100 mm\", \"50 mm\"], [\"500 mm\", \"400 mm\", \"50 mm\"], [\"300 mm\", \"100 mm\", \"50 mm\"]]";
+    let base = "[base]\nposition = [\"10 mm\", \"20 mm\", \"400 mm\"]\nangles = [\"0 deg\", \"0 deg\", \"90 deg\"]";
+    let cell = of(&format!("{base}\n[table]\nsource = \"touched\"\n{touched}")).unwrap();
+    let table = cell.frames(&Values::default()).table;
+    // the base turns x of the pendant into y of the world
+    assert!(
+        table.position.distance(DVec3::new(-90.0, 520.0, 450.0)) < 1e-9,
+        "{table:?}"
+    );
+    // its x lies along the pendant's y, which is -x of the world
+    assert!(
+        (table.orientation * DVec3::X).distance(-DVec3::X) < 1e-9,
+        "{table:?}"
+    );
+    assert_eq!(cell.touched.len(), 1);
+    assert_eq!(
+        (cell.touched[0].of, cell.touched[0].off_plane),
+        ("table", None)
+    );
+    // the world as it lies in the base: the base in the world is the inverse
+    let cell = of(&format!(
+        "[base]\n{touched}\n[table]\nposition = [\"0 mm\", \"0 mm\", \"0 mm\"]"
+    ))
+    .unwrap();
+    let frames = cell.frames(&Values::default());
+    let seen = frames.base.inverse().then(frames.table);
+    assert!(
+        seen.position.distance(DVec3::new(500.0, 100.0, 50.0)) < 1e-9,
+        "{seen:?}"
+    );
+    let told = |tables: &str| {
+        let problems = of(tables).unwrap_err();
+        problems.to_string()
+    };
+    let line = touched.replace("\"300 mm\", \"100 mm\"", "\"500 mm\", \"250 mm\"");
+    let collinear = told(&format!("[table]\n{line}"));
+    assert!(
+        collinear.contains("table.touched") && collinear.contains("on a line"),
+        "{collinear}"
+    );
+    let both = told(&format!(
+        "[table]\nposition = [\"1 mm\", \"0 mm\", \"0 mm\"]\n{touched}"
+    ));
+    assert!(both.contains("one of them is enough"), "{both}");
+}
+
 /// Lengths, shapes and speeds that no machine has are refused, each in its place: most often the unit is wrong.
 #[test]
 fn what_no_machine_has_is_refused() {

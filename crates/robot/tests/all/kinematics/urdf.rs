@@ -2,6 +2,7 @@
 
 mod flange;
 mod hung;
+mod named;
 mod refused;
 
 use std::f64::consts::PI;

@@ -45,7 +45,7 @@ fn laws_that_do_not_reach_the_melt_are_refused() {
     let text = TITANIUM.replacen("[750.0, 3000.0]", "[750.0, 1650.0]", 1);
     let error = read(&text, Readings::default()).unwrap_err().to_string();
     assert!(error.contains("above the liquidus, 1665 °C"), "{error}");
-    assert_eq!(sources(TITANIUM).unwrap().len(), 7);
+    assert_eq!(sources(TITANIUM).unwrap().len(), 8);
 }
 
 /// A metal that boils before it is molten is a slip of units; a pure one has a solidus all the same.
@@ -81,12 +81,47 @@ fn readings_change_what_they_say() {
     });
     assert!(swapped.density(1700.0 + CELSIUS) > 4100.0);
     assert!((read(Readings::default()).density(at) - 4308.75).abs() < 1e-9);
-    let loose = read(Readings {
-        powder_conductivity: Some(0.15),
+}
+
+/// Measured powder: its own value where it is fresh, the solid's where it is dense, straight in the density between.
+#[test]
+fn measured_powder_conducts_as_it_says() {
+    let measured = Readings {
+        powder: PowderReading::Measured,
         ..Readings::default()
-    });
-    let [a, b] = loose.powder_conduction();
-    assert!((a + b * 0.62 - 0.15).abs() < 1e-12 && (a + b - 1.0).abs() < 1e-12);
+    };
+    let shipped = read(TITANIUM, measured).unwrap();
+    let [fresh, dense] = shipped.powder_conduction()[..] else {
+        panic!("{:?}", shipped.powder_conduction());
+    };
+    assert!((fresh[0] - 0.62).abs() < 1e-12 && dense == [1.0, 1.0]);
+    let own = 1e3 * fresh[1] * shipped.conductivity(750.0 + CELSIUS);
+    assert!((own - 2.0).abs() < 1e-9, "{own}");
+    let corners = |corners: &str| TITANIUM.replace("[[750.0, 2.0]]", corners);
+    let sintering = read(
+        &corners("[[700.0, 1.0], [900.0, 2.0], [1200.0, 6.0]]"),
+        measured,
+    )
+    .unwrap();
+    let [first, second, third, last] = sintering.powder_conduction()[..] else {
+        panic!("{:?}", sintering.powder_conduction());
+    };
+    // at 750 °C a quarter of the way from the first corner to the second
+    assert!((1e3 * first[1] * sintering.conductivity(750.0 + CELSIUS) - 1.25).abs() < 1e-9);
+    assert!(second[1] < third[1] && third[1] < last[1]);
+    for (bad, said) in [
+        ("[[750.0, 20.0]]", "no more than the solid's 16.4"),
+        ("[[750.0, 0.0]]", "above zero"),
+        ("[[900.0, 2.0], [750.0, 1.0]]", "must increase"),
+    ] {
+        let told = read(&corners(bad), measured).unwrap_err().to_string();
+        assert!(told.contains(said), "{told}");
+        // what is not asked for is not looked at
+        read(&corners(bad), Readings::default()).unwrap();
+    }
+    let without = read(meltpath_data::materials::IN625_LASER.text, measured);
+    let told = without.unwrap_err().to_string();
+    assert!(told.contains("no [powder_conductivity]"), "{told}");
 }
 
 /// Densities in g/cm³ and conductivities per millimetre, as if they were in the units that the file names.

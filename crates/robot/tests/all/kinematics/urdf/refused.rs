@@ -34,6 +34,25 @@ fn what_is_no_arm_is_refused() {
         refused(&abb.replacen("0.0 0.0 0.445", "0,0 0 0.445", 1)),
         UrdfError::Number { .. }
     ));
+    // a second tree, and a circle that hangs on nothing
+    let beside = |parent: &str, child: &str| {
+        let more = format!(
+            "<joint name=\"more\" type=\"fixed\"><parent link=\"{parent}\"/><child link=\"{child}\"/></joint></robot>"
+        );
+        refused(&abb.replace("</robot>", &more))
+    };
+    let roots = UrdfError::Roots(["l0", "hall"].map(str::to_owned));
+    assert_eq!(beside("hall", "lamp"), roots);
+    assert_eq!(beside("lamp", "lamp"), UrdfError::Loop("lamp".to_owned()));
+    let (one, other) = (
+        "<joint name=\"a\" type=\"fixed\"><parent link=\"x\"/><child link=\"y\"/></joint>",
+        "<joint name=\"b\" type=\"fixed\"><parent link=\"y\"/><child link=\"x\"/></joint></robot>",
+    );
+    let round = abb.replace("</robot>", &format!("{one}{other}"));
+    assert_eq!(refused(&round), UrdfError::Loop("x".to_owned()));
+    let seven = refused(&urdf(&[ABB, &UNIVERSAL[..1]].concat()));
+    assert_eq!(seven, UrdfError::Joints { found: 7 });
+    assert!(seven.to_string().contains("[positioner]"));
     assert!(matches!(
         refused("<robot name=\"x\"><link"),
         UrdfError::Broken(_)
@@ -92,10 +111,12 @@ fn what_no_joint_of_an_arm_is_is_refused_by_its_name() {
         refused("\"revolute\"", "\"prismatic\""),
         of(JointFault::Slides)
     );
-    assert_eq!(
-        refused("\"revolute\"", "\"planar\""),
-        of(JointFault::Kind("planar".to_owned()))
-    );
+    for kind in ["planar", "floating"] {
+        assert_eq!(
+            refused("\"revolute\"", &format!("{kind:?}")),
+            of(JointFault::Kind(kind.to_owned()))
+        );
+    }
     assert_eq!(
         refused(LIMIT, &format!("{LIMIT}<mimic joint=\"j4\"/>")),
         of(JointFault::Coupled("j4".to_owned()))
