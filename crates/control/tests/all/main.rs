@@ -9,6 +9,7 @@
 mod assumptions;
 mod export;
 mod hard_plants;
+mod named_plants;
 mod reference;
 mod scan_head;
 mod synthesis_table;

@@ -73,7 +73,15 @@ fn a_candidate_is_judged_as_a_run_with_its_delays() {
         contour_share: 0.01,
         ..bounds.clone()
     };
-    let found = search(&problem, &hasty, &Silent).unwrap();
+    let still = Recipe {
+        jump_wait: 2e-3,
+        ..recipe.clone()
+    };
+    let waiting = Problem {
+        recipe: &still,
+        ..problem
+    };
+    let found = search(&waiting, &hasty, &Silent).unwrap();
     for c in &found.tried {
         println!(
             "{:.4} s, share {:.3}, fill {:.3}, unlit {:.4} of {:.4} mm, stray {:.4} of {:.4} mm, within {}",
