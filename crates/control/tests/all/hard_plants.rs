@@ -74,7 +74,7 @@ fn kept(plant: &GeneralizedPlant, found: &Synthesis) -> bool {
     poles.iter().all(|p| p.re < 0.0) && seen <= found.bound * (1.0 + 1e-6)
 }
 
-pub fn tried(name: &str, plant: &GeneralizedPlant) -> bool {
+pub(crate) fn tried(name: &str, plant: &GeneralizedPlant) -> bool {
     let begin = std::time::Instant::now();
     let found = synthesise(plant, &SynthesisOptions::default());
     let seconds = begin.elapsed().as_secs_f64();

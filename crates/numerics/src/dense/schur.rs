@@ -279,6 +279,83 @@ fn francis(h: &mut Matrix, mut vectors: Option<&mut Matrix>) -> Result<(), Dense
     Ok(())
 }
 
+/// Two shifts: a complex pair, or one that is real, twice. What is taken off them is small where eigenvalues lie upon each other, so that neither their sum nor
+/// their product is ever formed.
+struct Shifts {
+    real: f64,
+    /// The square of the imaginary part.
+    imaginary: f64,
+}
+
+impl Shifts {
+    /// The eigenvalues of the last two rows of `start..end`. Of two real ones the nearer to the corner, twice. Each tenth time other ones, from the bottom
+    /// and from the top in turn, which break rare cycles.
+    fn of(h: &Matrix, start: usize, end: usize, count: usize) -> Self {
+        let last = end - 1;
+        if count.is_multiple_of(10) {
+            let (corner, s) = if count.is_multiple_of(20) {
+                let s = h[(start + 1, start)].abs() + h[(start + 2, start + 1)].abs();
+                (h[(start, start)], s)
+            } else {
+                let s = h[(last, last - 1)].abs() + h[(last - 1, last - 2)].abs();
+                (h[(last, last)], s)
+            };
+            return Shifts {
+                real: 0.75 * s + corner,
+                imaginary: 0.4375 * s * s,
+            };
+        }
+        let (a, d) = (h[(last - 1, last - 1)], h[(last, last)]);
+        let half = 0.5 * (a - d);
+        let discriminant = half * half + h[(last - 1, last)] * h[(last, last - 1)];
+        if discriminant < 0.0 {
+            return Shifts {
+                real: d + half,
+                imaginary: -discriminant,
+            };
+        }
+        Shifts {
+            real: d + half - discriminant.sqrt().copysign(half),
+            imaginary: 0.0,
+        }
+    }
+
+    /// The first column of (H − s)(H − s̄) from row `at` on, in units of its greatest entry: the begin of a bulge there.
+    fn bulge(&self, h: &Matrix, at: usize) -> [f64; 3] {
+        let below = h[(at + 1, at)];
+        let [here, next] = [at, at + 1].map(|k| h[(k, k)] - self.real);
+        let column = [
+            here * here + self.imaginary + below * h[(at, at + 1)],
+            below * (here + next),
+            below * h[(at + 2, at + 1)],
+        ];
+        let greatest = column.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        if greatest > 0.0 {
+            column.map(|x| x / greatest)
+        } else {
+            column
+        }
+    }
+
+    /// Where a bulge begins, the lowest row at which what it leaves beside the form is nothing: two small entries below the diagonal, one after the other, are
+    /// as good as one that is zero, and a bulge that is led past them forgets its shifts. And the bulge.
+    fn begin(&self, h: &Matrix, start: usize, last: usize) -> (usize, [f64; 3]) {
+        let mut at = last - 2;
+        loop {
+            let bulge = self.bulge(h, at);
+            if at == start {
+                return (at, bulge);
+            }
+            let beside = h[(at, at - 1)].abs() * (bulge[1].abs() + bulge[2].abs());
+            let around: f64 = (at - 1..=at + 1).map(|k| h[(k, k)].abs()).sum();
+            if beside <= f64::EPSILON * bulge[0].abs() * around {
+                return (at, bulge);
+            }
+            at -= 1;
+        }
+    }
+}
+
 /// One implicit double shift over rows `start..end`.
 fn sweep(h: &mut Matrix, mut vectors: Option<&mut Matrix>, start: usize, end: usize, count: usize) {
     let n = h.rows();
@@ -289,27 +366,10 @@ fn sweep(h: &mut Matrix, mut vectors: Option<&mut Matrix>, start: usize, end: us
     } else {
         (start, end)
     };
-    let (sum, product) = if count.is_multiple_of(10) {
-        // an exceptional shift breaks the rare cycles of the ordinary one
-        let s = h[(last, last - 1)].abs() + h[(last - 1, last - 2)].abs();
-        let x = 0.75 * s + h[(last, last)];
-        (2.0 * x, x * x + 0.4375 * s * s)
-    } else {
-        (
-            h[(last - 1, last - 1)] + h[(last, last)],
-            h[(last - 1, last - 1)] * h[(last, last)] - h[(last - 1, last)] * h[(last, last - 1)],
-        )
-    };
-    // first column of H² − sum·H + product, divided by h21
-    let h21 = h[(start + 1, start)];
-    let mut bulge = [
-        (h[(start, start)] * (h[(start, start)] - sum) + product) / h21 + h[(start, start + 1)],
-        h[(start, start)] + h[(start + 1, start + 1)] - sum,
-        h[(start + 2, start + 1)],
-    ];
-    for k in start..last {
+    let (begin, mut bulge) = Shifts::of(h, start, end, count).begin(h, start, last);
+    for k in begin..last {
         let rows = (end - k).min(3);
-        if k > start {
+        if k > begin {
             for (i, value) in bulge.iter_mut().enumerate().take(rows) {
                 *value = h[(k + i, k - 1)];
             }
