@@ -23,6 +23,7 @@ pub mod record;
 pub(crate) mod said_axes;
 pub(crate) mod said_frames;
 pub(crate) mod site;
+pub(crate) mod slope;
 pub(crate) mod solids;
 pub(crate) mod spacing;
 pub(crate) mod times;

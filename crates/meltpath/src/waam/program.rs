@@ -39,6 +39,7 @@ use crate::job::waam::LayerRelease;
 use crate::waam::drive::arm_way::ArmWay;
 use crate::waam::drive::division::Division;
 use crate::waam::drive::said_frames::{Elsewhere, elsewhere};
+use crate::waam::drive::slope::{Slope, slope};
 use crate::waam::drive::unsure::{self, Unsure};
 pub use crate::waam::program::carried::Axes;
 use crate::waam::program::carried::{external, turns};
@@ -334,6 +335,8 @@ pub struct Commands {
     pub driven: Option<Driven>,
     /// Where the program says that part and torch lie, if that is elsewhere than in the robot's file.
     pub(in crate::waam) elsewhere: Vec<Elsewhere>,
+    /// How far from level the program has the part, where no robot's file places it.
+    pub(in crate::waam) slope: Option<Slope>,
     /// What else leaves open where the arm goes.
     pub(in crate::waam) unsure: Vec<Unsure>,
     /// Beads are told in the robot's own frame, and the cell file's is another.
@@ -529,6 +532,7 @@ fn moves(
         joint_moves: Vec::new(),
         driven: None,
         elsewhere: elsewhere(programs, &reading.controls, settings),
+        slope: slope(programs, &reading.controls, settings),
         unsure,
         in_own_frame,
         arc_length,

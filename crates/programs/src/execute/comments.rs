@@ -41,10 +41,20 @@ impl Said<'_> {
     }
 }
 
+/// Whether the values are a procedure and a schedule, whatever others of as many values mean in the cell: two whole numbers of a `Weld Start`.
+pub(super) fn calls_both((style, values): (ArcStyle, &[&str]), told: &[ArcValue]) -> bool {
+    style == ArcStyle::Weld
+        && values.len() == 2
+        && values.iter().all(|v| !v.contains('.'))
+        && told.first() != Some(&ArcValue::Procedure)
+}
+
 /// The weld procedure that a start of the arc names, as it is written; `meanings` are those of the values in its brackets.
 pub(super) fn procedure<'w>(word: &'w ArcWord, meanings: &[ArcValue]) -> Option<&'w str> {
     let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
-    let place = if !meanings.is_empty() && meanings.len() == values.len() {
+    let place = if calls_both((word.style, &values), meanings) {
+        Some(0)
+    } else if !meanings.is_empty() && meanings.len() == values.len() {
         meanings.iter().position(|m| *m == ArcValue::Procedure)
     } else {
         (word.style == ArcStyle::Weld && values.len() == 2).then_some(0)

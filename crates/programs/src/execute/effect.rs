@@ -291,6 +291,11 @@ pub(super) fn moves_target(word: &str) -> bool {
     )
 }
 
+/// Words that begin as those of the arc do and are none of them: those of another piece of equipment (`Arc Start E2[1]`).
+pub(super) fn switches_arc(word: &str) -> bool {
+    matches!(first_word(word).as_str(), "ARC" | "WELD")
+}
+
 /// Words of a move that leave its path and speed as they are: the usual acceleration, orientation by the wrist.
 pub(super) fn leaves_beads(word: &str) -> bool {
     matches!(first_word(word).as_str(), "ACC100" | "WJNT" | "PTH" | "VJ")

@@ -6,7 +6,7 @@ use meltpath_geometry::math::DVec3;
 use super::beside::{Beside, Place, turning};
 use super::circles::no_way;
 use super::effect::{
-    called_on_the_way, coordinated, first_word, joints_at, leaves_beads, moves_target,
+    called_on_the_way, coordinated, first_word, joints_at, leaves_beads, moves_target, switches_arc,
 };
 use super::path::Came;
 use super::{
@@ -316,7 +316,7 @@ impl Machine<'_> {
                 if self.arc.is_some() {
                     self.gap(Missing::SlowJoints(share));
                 }
-            } else if self.arc.is_some() && !leaves_beads(word) {
+            } else if switches_arc(word) || self.arc.is_some() && !leaves_beads(word) {
                 self.gap(Missing::Word(word.clone()));
             } else {
                 self.note("line-passed-over", first_word(word));

@@ -3,7 +3,7 @@
 
 use meltpath_toolpath::{Weave, WeaveShape};
 
-use super::comments::procedure;
+use super::comments::{calls_both, procedure};
 use super::{ArcValue, Machine, Missing, ProgramError, Source, WeldSettings};
 use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect};
 use crate::scan::{bracket, number, strip_prefix};
@@ -97,6 +97,7 @@ impl Machine<'_> {
         let mut called = None;
         match *values {
             _ if !told.is_empty()
+                && !calls_both((style, values), told)
                 && (told.len() == values.len() || (fewer && values.len() < told.len())) =>
             {
                 for (value, meaning) in values.iter().zip(told) {

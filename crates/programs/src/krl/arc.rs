@@ -237,30 +237,18 @@ pub(super) enum Form {
 }
 
 impl Form {
-    /// What `ArcMainNG` is told in the line before the move.
-    const BEFORE: [(Form, &'static str); 3] = [
-        (Form::On, "#ArcOnBefore"),
-        (Form::Switch, "#ArcSwiBefore"),
-        (Form::Off, "#ArcOffBefore"),
-    ];
-
-    /// The form that a call in front of a move begins.
-    pub(super) fn begun_by(word: &str) -> Option<Form> {
-        let begins = |w: &str| {
-            word.get(..w.len())
-                .is_some_and(|head| head.eq_ignore_ascii_case(w))
-        };
-        Form::BEFORE
-            .into_iter()
-            .find(|(_, w)| begins(w))
-            .map(|(form, _)| form)
-    }
+    const ALL: [Form; 3] = [Form::On, Form::Switch, Form::Off];
 
     /// The lines before and the line after a move, for weld data set `data` and seam `seam`.
     pub(super) fn lines(self, data: usize, seam: usize) -> (Vec<String>, String) {
-        let call = |word: &str| format!("ArcMainNG(#{word},WDAT{data},WP{seam})");
-        let delay = |word: &str| format!("ArcGetDelay(#{word},WDAT{data})");
-        let path = |word: &str| format!("PATH=ArcGetPath(#{word},WDAT{data})");
+        self.lines_of(&format!("WDAT{data}"), &format!("WP{seam}"))
+    }
+
+    /// The same by the names of weld data and seam. The last before the move is the call, the others are triggers.
+    fn lines_of(self, data: &str, seam: &str) -> (Vec<String>, String) {
+        let call = |word: &str| format!("ArcMainNG(#{word},{data},{seam})");
+        let delay = |word: &str| format!("ArcGetDelay(#{word},{data})");
+        let path = |word: &str| format!("PATH=ArcGetPath(#{word},{data})");
         let trigger = |at: &str, delay: &str, word: &str| {
             format!("TRIGGER WHEN {at} DELAY={delay} DO {} PRIO=-1", call(word))
         };
@@ -292,4 +280,56 @@ impl Form {
             }
         }
     }
+}
+
+/// A line of an inline form.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct FormLine {
+    pub(super) form: Form,
+    pub(super) part: FormPart,
+    /// The name of its weld data.
+    pub(super) data: String,
+}
+
+/// Where in its form a line stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FormPart {
+    Trigger,
+    Before,
+    After,
+}
+
+/// The line of an inline form that this is, to the letter but for spaces and capitals; nothing where it calls `ArcMainNG` otherwise.
+pub(super) fn form_line(line: &str) -> Option<FormLine> {
+    let line = squeezed(line);
+    let (_, inner) = line.split_once("ARCMAINNG(")?;
+    let (inner, _) = inner.split_once(')')?;
+    let [_, data, seam] = inner.split(',').collect::<Vec<_>>()[..] else {
+        return None;
+    };
+    Form::ALL.into_iter().find_map(|form| {
+        let (before, after) = form.lines_of(data, seam);
+        let last = before.len().saturating_sub(1);
+        let part = if squeezed(&after) == line {
+            FormPart::After
+        } else {
+            let at = before.iter().position(|l| squeezed(l) == line)?;
+            if at == last {
+                FormPart::Before
+            } else {
+                FormPart::Trigger
+            }
+        };
+        Some(FormLine {
+            form,
+            part,
+            data: data.to_owned(),
+        })
+    })
+}
+
+/// A line without spaces, in capitals.
+fn squeezed(line: &str) -> String {
+    let letters = line.chars().filter(|c| !c.is_whitespace());
+    letters.map(|c| c.to_ascii_uppercase()).collect()
 }

@@ -145,6 +145,10 @@ pub(super) struct Routine<'a> {
     pub(super) used: BTreeMap<String, Holds>,
     /// What ArcTech does with the next move, and the name of its weld data.
     pub(super) form: Option<(Form, String)>,
+    /// Triggers of the form to come, with their text.
+    pub(super) triggers: Vec<(Form, String, String)>,
+    /// The form of the last move, whose line after it is to come.
+    pub(super) after: Option<(Form, String)>,
     /// Weld data that are on.
     pub(super) weld: Option<WeldData>,
     /// The weave that is on.
@@ -181,6 +185,8 @@ impl Reader<'_> {
                     holds: None,
                     used: BTreeMap::new(),
                     form: None,
+                    triggers: Vec::new(),
+                    after: None,
                     weld: None,
                     weave: None,
                     acceleration: None,
@@ -319,15 +325,8 @@ impl Routine<'_> {
             self.moves_by(&name, list);
             return Some(());
         }
-        if strip_prefix(line, "TRIGGER").is_some() && line.contains("ArcMainNG(") {
-            return Some(());
-        }
-        if let Some(arguments) = called(line, "ArcMainNG") {
-            let form = Form::begun_by(arguments.first()?);
-            if let Some(form) = form {
-                self.form = Some((form, capital(arguments.get(1)?)));
-            }
-            return Some(());
+        if line.to_ascii_uppercase().contains("ARCMAINNG") {
+            return self.calls_arc(line);
         }
         let all = called(line, "BAS")?;
         let [which, value] = all[..] else {

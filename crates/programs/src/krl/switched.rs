@@ -1,6 +1,6 @@
 //! What ArcTech does with the arc at the end of a move, by the weld data that its call names.
 
-use super::arc::{Crater, Form, WeldData};
+use super::arc::{Crater, Form, FormLine, FormPart, WeldData, form_line};
 use super::list::List;
 use super::parse::Routine;
 use crate::program::{ArcAction, ArcWord, Instruction, Unsaid};
@@ -19,8 +19,36 @@ pub(super) struct Switched {
 }
 
 impl Routine<'_> {
+    /// A line that calls ArcTech: nothing where it is none of the inline forms, or stands where none has it.
+    pub(super) fn calls_arc(&mut self, line: &str) -> Option<()> {
+        let FormLine { form, part, data } = form_line(line)?;
+        match part {
+            FormPart::Trigger => self.triggers.push((form, data, line.to_owned())),
+            FormPart::Before => {
+                self.keep_triggers(Some((form, &data)));
+                self.form = Some((form, data));
+            }
+            FormPart::After => {
+                let own = self.after.take();
+                own.filter(|own| *own == (form, data))?;
+            }
+        }
+        Some(())
+    }
+
+    /// Keeps the triggers that are not of the form whose call they stand before: what they do to the arc is not known.
+    fn keep_triggers(&mut self, own: Option<(Form, &str)>) {
+        for (form, data, text) in std::mem::take(&mut self.triggers) {
+            if own != Some((form, &data)) {
+                self.out.keep(&text);
+            }
+        }
+    }
+
     /// What the arc does at the end of the move being read.
     pub(super) fn arc(&mut self, list: &List) -> Switched {
+        self.keep_triggers(None);
+        self.after.clone_from(&self.form);
         let Some((form, name)) = self.form.take() else {
             return Switched::default();
         };

@@ -224,6 +224,17 @@ enum Path {
     Round,
 }
 
+impl Path {
+    /// The word of a move without arc.
+    fn plain(self) -> &'static str {
+        match self {
+            Path::Joint => "MoveJ",
+            Path::Straight => "MoveL",
+            Path::Round => "MoveC",
+        }
+    }
+}
+
 /// A verb: how the move goes, and the arc.
 fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
     Some(match name.to_ascii_uppercase().as_str() {
@@ -420,6 +431,10 @@ impl Routine {
         rest: &str,
         known: &Declared,
     ) -> Option<()> {
+        if stage.is_none() && path != Path::Joint && self.arc.is_some() {
+            // whether the arc burns on is in no manual that is known here
+            self.out.keep(&format!("{} {rest}", path.plain()));
+        }
         let all: Vec<(&str, Vec<&str>)> =
             arguments(rest.trim_start().trim_start_matches("\\Conc,"))
                 .into_iter()

@@ -1,6 +1,7 @@
 //! Programs: golden text, laws over random toolpaths, programs of other software; CLI layers.
 #![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
 
+mod arc_lines;
 mod built;
 mod cli_layers;
 mod coordinated;

@@ -6,15 +6,13 @@ use meltpath_robot::cell::{Arrangement, Cell, External, Values};
 use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::Lean;
 
+use crate::waam::drive::slope::{LEVEL, Slope};
 use crate::waam::judge::doubt::Doubt;
 use crate::waam::program::{Axes, Commands};
 use crate::waam::settings::Settings;
 
 pub(in crate::waam) const ID: &str = "tilt";
 pub(in crate::waam) const TITLE: &str = "torch against the vertical, at most";
-
-/// Beads are measured on tables as level as this, rad: 1°.
-const LEVEL: f64 = 0.0175;
 
 /// How the torch leans while a positioner turns the part.
 #[derive(Debug, Clone)]
@@ -199,6 +197,7 @@ pub(in crate::waam) struct Leaning {
     turned: Option<Turned>,
     lying: Option<Lying>,
     torch: Option<Torch>,
+    slope: Option<Slope>,
 }
 
 /// Checks of metal that is laid as by an upright torch.
@@ -230,6 +229,7 @@ impl Leaning {
             turned,
             lying,
             torch: Torch::of(moves, settings),
+            slope: moves.slope.clone(),
         }
     }
 
@@ -238,6 +238,9 @@ impl Leaning {
     pub(in crate::waam) fn check(&self, settings: &Settings) -> Option<Check> {
         if let Some(turned) = &self.turned {
             return Some(turned.check(settings));
+        }
+        if let Some(slope) = &self.slope {
+            return Some(slope.undecided(check(slope.angle(), None, settings)));
         }
         let asked = settings.limits.tilt.is_some() || settings.surface.is_some();
         let torch = self.torch.as_ref().map(|t| &t.world);
@@ -254,7 +257,10 @@ impl Leaning {
     /// What of it keeps flat layers from being decided about.
     pub(in crate::waam) fn doubts(&self) -> Vec<Doubt> {
         let turned = self.turned.iter().filter_map(Turned::doubt);
-        turned.chain(self.lying.and_then(Lying::doubt)).collect()
+        turned
+            .chain(self.lying.and_then(Lying::doubt))
+            .chain(self.slope.as_ref().map(Slope::doubt))
+            .collect()
     }
 
     /// Tells with the checks of flat layers that metal is laid as by an upright torch, where the program's leans.

@@ -195,6 +195,10 @@ pub(super) fn wall(
     if let (Some(_), Some(tilt)) = (&turned, checks.iter_mut().find(|c| c.id == lean::ID)) {
         *tilt = undecided(tilt.clone(), &commands.elsewhere);
     }
+    let tilt = checks.iter_mut().find(|c| c.id == lean::ID);
+    if let (Some(slope), Some(tilt)) = (&commands.slope, tilt) {
+        *tilt = slope.undecided(tilt.clone());
+    }
     checks.extend(metal::checks(&driven.grown, &plan, &commands, settings));
     checks.extend(borrowed_check(settings));
     checks.push(heat_check());
