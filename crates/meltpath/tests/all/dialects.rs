@@ -30,7 +30,7 @@ pub(crate) fn cell(dialect: &str) -> String {
         arc_start = [\"nJob={1}\", \"doArc=true\"]\narc_end = [\"doArc=false\"]\n"
 }
 
-fn job(folder: &Path, machine: &str, rest: &str) -> PathBuf {
+pub(crate) fn job(folder: &Path, machine: &str, rest: &str) -> PathBuf {
     thin_wall(
         folder,
         &format!(

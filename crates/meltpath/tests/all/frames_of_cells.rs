@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use crate::dialects::cell;
-use crate::support::{check, warned, write};
+use crate::support::{check, says, warned, write};
 use meltpath::inspect::{How, inspect};
 use meltpath::job::PartUnit;
 use meltpath::outcome::RunFolder::NextIn;
-use meltpath::waam::simulate_program;
-use meltpath_base::{Reporter, Silent, Verdict};
+use meltpath::waam::{run, simulate_program};
+use meltpath_base::{Reporter, Silent, Status, Verdict};
 
 /// A bead of 100 mm in `object`, in a module that declares where these objects lie in y, mm, against the wall of the thin wall.
 fn simulated(home: &Path, object: &str, declared: &[(&str, f64)]) -> Verdict {
@@ -99,4 +99,39 @@ fn files_and_lines_are_told_as_what_they_are() {
         told.contains("starts the arc") && !told.contains("never"),
         "{told}"
     );
+}
+
+/// A part that a program places aslope in numbers was taken to lie level where no robot's file placed it: a wall on a table of 45° passed.
+#[test]
+fn a_part_that_a_program_places_aslope_is_not_decided_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    std::fs::write(home.join("cell.toml"), crate::dialects::cell("kuka-krl")).unwrap();
+    let job = crate::dialects::job(&home, "cell = \"cell.toml\"", "");
+    let own = run(&job, NextIn(&home.join("runs")), &Silent).unwrap();
+    assert!(own.verdict.checks.iter().all(|c| c.id != "tilt"));
+    let source = own.folder.join("program/JOB.src");
+    let text = std::fs::read_to_string(&source).unwrap();
+    let selected = "$TOOL=TOOL_DATA[1]";
+    assert!(text.contains(selected), "{text}");
+    for (slope, told) in [(0.5, false), (45.0, true)] {
+        let base = format!("{selected}\n$BASE={{X 500,Y 0,Z 300,A 0,B {slope},C 0}}");
+        let edited = dir.path().join("edited");
+        std::fs::create_dir_all(&edited).unwrap();
+        std::fs::write(edited.join("JOB.src"), text.replacen(selected, &base, 1)).unwrap();
+        std::fs::copy(source.with_extension("dat"), edited.join("JOB.dat")).unwrap();
+        let source = edited.join("JOB.src");
+        let again = simulate_program(&source, Some(&job), NextIn(&home.join("again")), &Silent);
+        let verdict = again.unwrap().verdict;
+        let tilt = verdict.checks.iter().find(|c| c.id == "tilt");
+        assert_eq!(tilt.is_some(), told, "{slope}: {tilt:?}");
+        if let Some(tilt) = tilt {
+            let angle = tilt.value.as_ref().unwrap().value;
+            assert!((angle - slope).abs() < 1e-6, "{angle}");
+            assert_ne!(tilt.status, Status::Pass, "{tilt:?}");
+            says(&tilt.reason, &["if the robot stands upright"]);
+            says(&check(&verdict, "lack").reason, &["from level"]);
+        }
+    }
 }
