@@ -21,6 +21,8 @@ table! {
         dwell: Vec<DwellEntry> => required;
         /// What a change of direction is.
         corner: CornerLaw => required;
+        /// The slowest and the fastest speed along the path at which it was identified. A tenth beyond them nothing is decided by it.
+        speeds: [Speed; 2] => none("not said: it counts at any speed");
     }
 
     /// Dwell at a change of direction, for one value of the smoothing option.

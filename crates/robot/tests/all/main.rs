@@ -10,6 +10,7 @@ mod collision;
 mod driven;
 mod external;
 mod joint_moves;
+mod identification;
 mod kinematics;
 mod motion;
 mod posture;
