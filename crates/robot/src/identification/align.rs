@@ -72,9 +72,7 @@ pub enum AlignError {
         remedy: &'static str,
     },
     /// Another pace.
-    #[error(
-        "the tool goes at {percent:.1} % of the programmed speeds: {remedy}"
-    )]
+    #[error("the tool goes at {percent:.1} % of the programmed speeds: {remedy}")]
     Pace {
         /// Measured over programmed, %.
         percent: f64,
@@ -298,7 +296,11 @@ fn pace(log: &Log, path: &DrivenPath, way: &Way, found: &Projected) -> f64 {
             }
         }
     }
-    if all.is_empty() { 1.0 } else { median(&mut all) }
+    if all.is_empty() {
+        1.0
+    } else {
+        median(&mut all)
+    }
 }
 
 /// Each stretch, with the rest before and behind it.
@@ -334,7 +336,12 @@ fn pieces(log: &Log, path: &DrivenPath, way: &Way, found: &Projected, near: f64)
         });
         let (mut arc, mut time) = (way.borders[k], 0.0);
         let mut longest = (0.0, 0.0, 0.0, 0);
-        for (n, (length, command)) in stretch.lengths().into_iter().zip(&stretch.commands).enumerate() {
+        for (n, (length, command)) in stretch
+            .lengths()
+            .into_iter()
+            .zip(&stretch.commands)
+            .enumerate()
+        {
             let lasts = length / command.speed;
             if lasts > longest.0 {
                 longest = (lasts, arc + 0.5 * length, time + 0.5 * lasts, n);
@@ -354,13 +361,7 @@ fn pieces(log: &Log, path: &DrivenPath, way: &Way, found: &Projected, near: f64)
 }
 
 /// The first of the samples from which on the tool stays at a stop: before, it came from elsewhere.
-fn at_rest(
-    log: &Log,
-    frame: Pose,
-    stop: DVec3,
-    near: f64,
-    (from, to): (usize, usize),
-) -> usize {
+fn at_rest(log: &Log, frame: Pose, stop: DVec3, near: f64, (from, to): (usize, usize)) -> usize {
     let away = |i: &usize| frame.point(log.places[*i]).distance(stop) > 2.0 * near;
     (from..to).rev().find(away).map_or(from, |i| i + 1)
 }

@@ -19,7 +19,9 @@ const SAME: f64 = 1e-6;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
     /// Nothing moves.
-    #[error("the path has no straight or circular move between two stops: nothing can be compared with the log")]
+    #[error(
+        "the path has no straight or circular move between two stops: nothing can be compared with the log"
+    )]
     NoMove,
     /// No change of direction without a stop.
     #[error(
@@ -64,7 +66,9 @@ pub struct Stretch {
 impl Stretch {
     /// Where the tool is after it.
     pub fn end(&self) -> DVec3 {
-        self.commands.last().map_or(self.start.position, |c| c.target)
+        self.commands
+            .last()
+            .map_or(self.start.position, |c| c.target)
     }
 
     /// Its way as chords, from the start on.
@@ -192,12 +196,7 @@ impl DrivenPath {
 }
 
 /// What happens at the end of each move of a stretch.
-fn ends(
-    start: Pose,
-    commands: &[Command],
-    law: &CornerLaw,
-    smoothings: &mut Vec<f64>,
-) -> Vec<End> {
+fn ends(start: Pose, commands: &[Command], law: &CornerLaw, smoothings: &mut Vec<f64>) -> Vec<End> {
     // a law whose dwell is a second everywhere tells the shares by angle
     let mut unit = Controller::without_corners();
     unit.corner.value = law.clone();

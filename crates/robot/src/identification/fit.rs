@@ -7,8 +7,8 @@
 use meltpath_base::{Cancelled, Observer};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec3};
-use meltpath_numerics::least_squares::{LeastSquaresError, Regression};
 use meltpath_numerics::Matrix;
+use meltpath_numerics::least_squares::{LeastSquaresError, Regression};
 
 use super::align::{Aligned, Piece};
 use super::driven::{DrivenPath, End, Stretch};
@@ -343,11 +343,7 @@ impl Problem<'_> {
     }
 
     /// A step that leaves less, and which values it would carry beyond their bounds.
-    fn step(
-        &self,
-        state: State,
-        free: &[bool],
-    ) -> Result<(State, Vec<bool>), IdentificationError> {
+    fn step(&self, state: State, free: &[bool]) -> Result<(State, Vec<bool>), IdentificationError> {
         let (triangles, all) = self.system(&state, free)?;
         let solution = all.solve().map_err(IdentificationError::Undetermined)?;
         let mut share = 1.0;
@@ -401,11 +397,16 @@ impl Problem<'_> {
         for (begin, triangle) in next.begins.iter_mut().zip(triangles) {
             let pivot = triangle[(0, 0)];
             if pivot.abs() > 0.0 {
-                let rest: f64 = values.iter().enumerate().map(|(c, v)| triangle[(0, c + 1)] * v).sum();
+                let rest: f64 = values
+                    .iter()
+                    .enumerate()
+                    .map(|(c, v)| triangle[(0, c + 1)] * v)
+                    .sum();
                 *begin += share * (triangle[(0, values.len() + 1)] - rest) / pivot;
             }
         }
-        if let Some(&[a, b, c, x, y, z]) = values.get(used..used + 6).and_then(|v| v.first_chunk()) {
+        if let Some(&[a, b, c, x, y, z]) = values.get(used..used + 6).and_then(|v| v.first_chunk())
+        {
             let turn = DQuat::from_scaled_axis(share * DVec3::new(a, b, c));
             let about = Pose {
                 position: self.centre - turn * self.centre + share * DVec3::new(x, y, z),
@@ -422,7 +423,13 @@ impl Problem<'_> {
         let (triangles, all) = self.system(&state, &free)?;
         let solution = all.solve().map_err(IdentificationError::Undetermined)?;
         let mut samples = 0_usize;
-        let (mut square, mut alike) = (0.0, Alike { products: [0.0; 40], square: 0.0 });
+        let (mut square, mut alike) = (
+            0.0,
+            Alike {
+                products: [0.0; 40],
+                square: 0.0,
+            },
+        );
         for (k, (stretch, piece)) in self.path.stretches.iter().zip(self.pieces).enumerate() {
             let trace = trace(stretch, &state.law)?;
             let mut row = Vec::new();

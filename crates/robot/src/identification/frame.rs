@@ -2,8 +2,8 @@
 
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec3};
-use meltpath_numerics::dense::symmetric_eigen;
 use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::symmetric_eigen;
 
 /// Whether a log may lie in another frame than its path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

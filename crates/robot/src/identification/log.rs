@@ -24,7 +24,9 @@ pub(super) const GAP: f64 = 4.0;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LogError {
     /// Too few samples.
-    #[error("the log has {0} samples: log the whole run, from before the tool starts until after it stops")]
+    #[error(
+        "the log has {0} samples: log the whole run, from before the tool starts until after it stops"
+    )]
     Few(usize),
     /// A value that is no number.
     #[error("line {line}: {what} is no number: leave the line out, or log again")]

@@ -287,7 +287,14 @@ pub fn events(
             if rows_of.len() < 3 {
                 continue;
             }
-            all.events.push(event(&rows, rows_of, &moment, (k, time), noise, slope * noise));
+            all.events.push(event(
+                &rows,
+                rows_of,
+                &moment,
+                (k, time),
+                noise,
+                slope * noise,
+            ));
         }
         all.stretches.push(rows);
     }
@@ -313,7 +320,12 @@ fn event(
             most: of.clone().map(|i| value(i).abs()).fold(0.0, f64::max),
         }
     };
-    let least = |all: &[f64]| all[of.clone()].iter().copied().fold(f64::INFINITY, f64::min);
+    let least = |all: &[f64]| {
+        all[of.clone()]
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min)
+    };
     let nearest = |all: &[DVec3]| {
         let all = all[of.clone()].iter().map(|p| p.distance(moment.place));
         all.fold(f64::INFINITY, f64::min)

@@ -45,9 +45,16 @@ impl Way {
     /// Its point at an arc.
     pub(super) fn at(&self, arc: f64) -> DVec3 {
         let last = self.points.len() - 1;
-        let next = self.arcs.partition_point(|a| *a < arc).clamp(1, last.max(1));
+        let next = self
+            .arcs
+            .partition_point(|a| *a < arc)
+            .clamp(1, last.max(1));
         let (from, to) = (self.arcs[next - 1], self.arcs[next.min(last)]);
-        let share = if to > from { (arc - from) / (to - from) } else { 0.0 };
+        let share = if to > from {
+            (arc - from) / (to - from)
+        } else {
+            0.0
+        };
         self.points[next - 1].lerp(self.points[next.min(last)], share.clamp(0.0, 1.0))
     }
 
@@ -81,6 +88,8 @@ pub(super) struct Ruled {
     pub(super) samples: Vec<usize>,
     /// The way gone, mm.
     pub(super) arcs: Vec<f64>,
+    /// How far samples are apart, mm.
+    ruler: f64,
 }
 
 impl Ruled {
@@ -88,6 +97,7 @@ impl Ruled {
         let mut ruled = Ruled {
             samples: vec![0],
             arcs: vec![0.0],
+            ruler,
         };
         let (mut from, mut arc) = (log.places[0], 0.0);
         for (i, place) in log.places.iter().enumerate() {
@@ -141,9 +151,45 @@ pub(super) struct Projected {
 }
 
 impl Projected {
+    /// Takes in what lies on the path before and behind, as far as it goes on there: where a path begins is found to a few millimetres only.
+    fn extend(&mut self, log: &Log, way: &Way, near: f64) {
+        let (mut before, mut behind) = (Vec::new(), Vec::new());
+        let laid = |i: usize, window: [f64; 2]| {
+            let place = self.frame.point(log.places[i]);
+            let arc = way.project(place, window.map(|a| a.clamp(0.0, way.length())));
+            let off = place.distance(way.at(arc));
+            (off <= near).then_some((arc, off))
+        };
+        let mut arc = self.arcs.first().copied().unwrap_or(0.0);
+        for i in (0..self.samples.start).rev() {
+            let Some(found) = laid(i, [arc - near, arc + 0.5 * near]) else {
+                break;
+            };
+            arc = found.0;
+            before.push(found);
+        }
+        arc = self.arcs.last().copied().unwrap_or(0.0);
+        for i in self.samples.end..log.places.len() {
+            let Some(found) = laid(i, [arc - 0.5 * near, arc + near]) else {
+                break;
+            };
+            arc = found.0;
+            behind.push(found);
+        }
+        self.samples = self.samples.start - before.len()..self.samples.end + behind.len();
+        before.reverse();
+        let own = self.arcs.drain(..).zip(self.off.drain(..));
+        let all: Vec<(f64, f64)> = before.into_iter().chain(own).chain(behind).collect();
+        (self.arcs, self.off) = all.into_iter().unzip();
+    }
+
     /// The first sample that lies at an arc or beyond.
     pub(super) fn reaches(&self, arc: f64) -> usize {
-        self.samples.start + self.arcs.partition_point(|a| *a < arc).min(self.arcs.len() - 1)
+        self.samples.start
+            + self
+                .arcs
+                .partition_point(|a| *a < arc)
+                .min(self.arcs.len() - 1)
     }
 }
 
@@ -178,9 +224,11 @@ pub(super) fn project(
         }
     }
     let mut found = refined(log, ruled, way, best?, freedom)?;
-    let mut reached: f64 = 0.0;
-    for arc in &mut found.arcs {
-        reached = reached.max(*arc);
+    found.extend(log, way, 2.0 * ruled.ruler);
+    // the least of all that follow: noise at rest never carries on
+    let mut reached = way.length();
+    for arc in found.arcs.iter_mut().rev() {
+        reached = reached.min(*arc);
         *arc = reached;
     }
     Some(found)

@@ -115,9 +115,15 @@ fn two_averages_are_found_in_another_frame() {
             let within = 5e-5 + 3.0 * fitted.sigma[2 + k];
             assert!((fitted.law.dwells[k] - d).abs() < within, "{fitted:?}");
         }
-        assert!((log.noise() - noise).abs() < 0.1 * noise + 3e-3, "{}", log.noise());
+        assert!(
+            (log.noise() - noise).abs() < 0.1 * noise + 3e-3,
+            "{}",
+            log.noise()
+        );
         let seen = events(&log, &path, &aligned, &fitted).unwrap();
-        for e in &seen.events { println!("{} {:?} {} {:?}", e.stretch, e.seen, e.command, e.samples); }
+        for e in &seen.events {
+            println!("{} {:?} {} {:?}", e.stretch, e.seen, e.command, e.samples);
+        }
         assert_eq!(seen.events.len(), 4 * 7);
         for event in &seen.events {
             assert!(event.places.rms < 2e-3 + 2.0 * noise, "{event:?}");
@@ -169,7 +175,10 @@ fn stated_deviations_hold_of_a_hundred() {
     for (every, noise) in [(0.004, 0.02), (0.008, 0.05), (0.012, 0.02)] {
         let within = covered(100, every, noise);
         println!("{every} s, {noise} mm: sum, T1, T2, dwell {within:?}");
-        assert!(within.iter().all(|w| (0.9..=0.995).contains(w)), "{within:?}");
+        assert!(
+            within.iter().all(|w| (0.9..=0.995).contains(w)),
+            "{within:?}"
+        );
     }
 }
 
@@ -195,8 +204,16 @@ fn a_controller_of_another_form_shows() {
         let place = seen.events.iter().map(|e| e.places.rms).fold(0.0, f64::max);
         let speed = seen.events.iter().map(|e| e.speeds.rms).fold(0.0, f64::max);
         println!("{radius} mm: {place} mm, {speed}: {fitted:?}");
-        assert!(place > least_place && speed > least_speed, "{place} {speed}");
-        assert!(fitted.rms > 1.5 * seen.noise, "{} {}", fitted.rms, seen.noise);
+        assert!(
+            place > least_place && speed > least_speed,
+            "{place} {speed}"
+        );
+        assert!(
+            fitted.rms > 1.5 * seen.noise,
+            "{} {}",
+            fitted.rms,
+            seen.noise
+        );
     }
 }
 
@@ -246,23 +263,41 @@ fn logs_that_cannot_be_used_are_refused_with_their_place() {
     };
     let unsorted = refused(&|l| l.times.swap(1000, 1001));
     assert!(
-        matches!(unsorted, AlignError::Log(LogError::Unsorted { line: 1003, .. })),
+        matches!(
+            unsorted,
+            AlignError::Log(LogError::Unsorted { line: 1003, .. })
+        ),
         "{unsorted}"
     );
     let no_number = refused(&|l| l.places[7].y = f64::NAN);
-    assert!(matches!(no_number, AlignError::Log(LogError::NoNumber { line: 9, .. })));
+    assert!(matches!(
+        no_number,
+        AlignError::Log(LogError::NoNumber { line: 9, .. })
+    ));
     let gap = refused(&|l| {
         l.times.drain(1500..1600);
         l.places.drain(1500..1600);
         l.lines.drain(1500..1600);
     });
-    assert!(matches!(gap, AlignError::Log(LogError::Gap { line: 1602, .. })), "{gap}");
+    assert!(
+        matches!(gap, AlignError::Log(LogError::Gap { line: 1602, .. })),
+        "{gap}"
+    );
     let metres = refused(&|l| l.places.iter_mut().for_each(|p| *p *= 1e-3));
-    assert!(matches!(metres, AlignError::Unit { unit: "m", .. }), "{metres}");
+    assert!(
+        matches!(metres, AlignError::Unit { unit: "m", .. }),
+        "{metres}"
+    );
     let half = refused(&|l| l.times.iter_mut().for_each(|t| *t *= 2.0));
-    assert!(matches!(half, AlignError::Pace { percent, .. } if (percent - 50.0).abs() < 1.0), "{half}");
+    assert!(
+        matches!(half, AlignError::Pace { percent, .. } if (percent - 50.0).abs() < 1.0),
+        "{half}"
+    );
     let slow = refused(&|l| l.times.iter_mut().for_each(|t| *t *= 1e3));
-    assert!(matches!(slow, AlignError::Log(LogError::Slow { .. })), "{slow}");
+    assert!(
+        matches!(slow, AlignError::Log(LogError::Slow { .. })),
+        "{slow}"
+    );
     let few = refused(&|l| l.times.truncate(20));
     assert!(matches!(few, AlignError::Log(LogError::Few(20))), "{few}");
     let half_way = refused(&|l| {
@@ -272,7 +307,11 @@ fn logs_that_cannot_be_used_are_refused_with_their_place() {
     });
     assert!(matches!(half_way, AlignError::Short { .. }), "{half_way}");
     // the same lengths with other turns
-    let other = refused(&|l| l.places.iter_mut().for_each(|p| p.y = 0.4 * p.y.abs() + 1.3 * p.x));
+    let other = refused(&|l| {
+        l.places
+            .iter_mut()
+            .for_each(|p| p.y = 0.4 * p.y.abs() + 1.3 * p.x)
+    });
     assert!(
         matches!(other, AlignError::Apart { .. } | AlignError::Short { .. }),
         "{other}"
@@ -281,7 +320,10 @@ fn logs_that_cannot_be_used_are_refused_with_their_place() {
     let mut moved = log.clone();
     moved.places.iter_mut().for_each(|p| p.x += 30.0);
     let elsewhere = align(&moved, &path, Freedom::Same).unwrap_err();
-    assert!(elsewhere.to_string().contains("frame = \"fit\""), "{elsewhere}");
+    assert!(
+        elsewhere.to_string().contains("frame = \"fit\""),
+        "{elsewhere}"
+    );
 }
 
 #[test]
@@ -292,7 +334,9 @@ fn a_hold_in_the_log_is_told_with_its_line() {
     for i in at..log.times.len() {
         log.times[i] += 2.0;
     }
-    let held: Vec<f64> = (1..250).map(|k| log.times[at - 1] + 0.008 * f64::from(k)).collect();
+    let held: Vec<f64> = (1..250)
+        .map(|k| log.times[at - 1] + 0.008 * f64::from(k))
+        .collect();
     let place = log.places[at];
     let n = held.len();
     log.times.splice(at..at, held);
@@ -300,5 +344,8 @@ fn a_hold_in_the_log_is_told_with_its_line() {
     log.lines = (2..log.times.len() + 2).collect();
     let told = align(&log, &path, Freedom::Same).unwrap_err();
     println!("{told}");
-    assert!(matches!(told, AlignError::Stands { line, .. } if line.abs_diff(at) < 40), "{told}");
+    assert!(
+        matches!(told, AlignError::Stands { line, .. } if line.abs_diff(at) < 40),
+        "{told}"
+    );
 }

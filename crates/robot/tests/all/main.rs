@@ -9,8 +9,8 @@
 mod collision;
 mod driven;
 mod external;
-mod joint_moves;
 mod identification;
+mod joint_moves;
 mod kinematics;
 mod motion;
 mod posture;

@@ -69,7 +69,9 @@ pub(super) fn blended(start: DVec3, corners: &[Corner], acceleration: f64) -> Dr
             time += ramp;
             place += along * (0.5 * speed * ramp);
         }
-        let next = corners.get(k + 1).map(|n| (n.place - corner.place).normalize());
+        let next = corners
+            .get(k + 1)
+            .map(|n| (n.place - corner.place).normalize());
         let (radius, lasts) = match corner.passes.zip(next) {
             Some((radius, _)) => (radius, 2.0 * radius / speed),
             None => (0.5 * speed * ramp, ramp),
