@@ -165,6 +165,13 @@ impl Controller {
             );
             problems.push(law.none_below.problem(message));
         }
+        if let Some([low, high]) = &*self.speeds
+            && !(0.0 < low.0 && low.0 <= high.0)
+        {
+            let message = format!("{} are {low} and {high}", self.speeds.name);
+            let problem = self.speeds.problem(message);
+            problems.push(problem.help("write the slowest first, above zero, then the fastest"));
+        }
         problems.extend(self.check_dwell());
         problems
     }

@@ -57,18 +57,17 @@ pub(super) fn read(told: &Told, path: &Path) -> Result<Log, MotionLogError> {
     let bare = table.columns.iter().enumerate();
     let headed = bare.into_iter().any(|(i, c)| c.0 != (i + 1).to_string());
     let first = 1 + usize::from(headed);
-    let places: Vec<DVec3> = match (&*file.joints, &told.robot) {
-        (Some(joints), Some(robot)) => by_arm(told, robot, joints, &table, &name)?,
-        _ => {
-            let mut all = Vec::with_capacity(3);
-            for wanted in file.places.iter() {
-                all.push(column(&table, wanted, &name)?);
-            }
-            let unit = file.unit.millimetres();
-            (0..table.rows())
-                .map(|i| DVec3::from_array([0, 1, 2].map(|c| all[c][i])) * unit)
-                .collect()
+    let places: Vec<DVec3> = if let (Some(joints), Some(robot)) = (&*file.joints, &told.robot) {
+        by_arm(told, robot, joints, &table, &name)?
+    } else {
+        let mut all = Vec::with_capacity(3);
+        for wanted in file.places.iter() {
+            all.push(column(&table, wanted, &name)?);
         }
+        let unit = file.unit.millimetres();
+        (0..table.rows())
+            .map(|i| DVec3::from_array([0, 1, 2].map(|c| all[c][i])) * unit)
+            .collect()
     };
     let second = file.time_unit.seconds();
     let [from, to] = [

@@ -44,34 +44,23 @@ fn ms(seconds: f64) -> String {
     format!("{} ms", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
-fn written(found: &Found) -> String {
-    let word = |text: &str| Value::String(text.to_owned()).to_string();
-    let log = &found.told.file.log.0;
-    let [low, high] = found.speeds();
-    let corners = found.corners().count();
-    let origin = format!("identified from {log} by meltpath measure: {corners} corners");
-    let source = word(&origin);
-    let period = found.told.file.period.0;
-    let whole = |t: f64| (t / period).round().max(1.0) * period;
-    let [t1, t2] = found.filters.value.map(whole);
-    let [s1, s2] = found
-        .filters
-        .sigma
-        .map(|s| s.hypot(period / 12.0_f64.sqrt()));
-    let figure = |value: f64, sigma: f64, source: &str| {
-        format!(
-            "{{ value = \"{}\", uncertainty = \"{:.2} ms\", source = {source} }}",
-            ms(value),
-            1e3 * sigma
-        )
-    };
-    let guess =
-        |value: &str, why: &str| format!("{{ value = \"{value}\", source = {} }}", word(why));
-    let cell = found.told.cell.as_ref().and_then(|c| c.motion.as_ref());
+/// A text as a TOML string.
+fn word(text: &str) -> String {
+    Value::String(text.to_owned()).to_string()
+}
+
+/// A value that is no measurement, with its source.
+fn guess(value: &str, why: &str) -> String {
+    format!("{{ value = \"{value}\", source = {} }}", word(why))
+}
+
+/// Where the table comes from, and how well it fits, as comments.
+fn heading(found: &Found) -> String {
     let misses = found.compared.events.iter();
     let [place, speed] = misses.fold([0.0, 0.0], |[p, v]: [f64; 2], e| {
         [p.max(e.places.rms), v.max(e.speeds.rms)]
     });
+    let log = &found.told.file.log.0;
     let mut text = format!(
         "# Written by `meltpath measure` from {log}: put it into the file of this controller's cell.\n# At starts, corners and stops the model misses the place by at most {place:.3} mm and the speed by {:.1} % (root mean square); the noise\n# of the log is {:.3} mm.\n",
         100.0 * speed,
@@ -84,91 +73,90 @@ fn written(found: &Found) -> String {
             "# 100 % of smoothing is a distance of {blend} mm: the cell needs [program] blend = \"{blend} mm\".",
         );
     }
+    text
+}
+
+fn written(found: &Found) -> String {
+    let log = &found.told.file.log.0;
+    let [low, high] = found.speeds();
+    let corners = found.corners().count();
+    let origin = format!("identified from {log} by meltpath measure: {corners} corners");
+    let source = word(&origin);
+    let period = found.told.file.period.0;
+    let whole = |t: f64| (t / period).round().max(1.0) * period;
+    let [t1, t2] = found.filters.value.map(whole);
+    let rounding = period / 12.0_f64.sqrt();
+    let [s1, s2] = found.filters.sigma.map(|s| s.hypot(rounding));
+    let figure = |value: f64, sigma: f64| {
+        let (value, sigma) = (ms(value), 1e3 * sigma);
+        format!("{{ value = \"{value}\", uncertainty = \"{sigma:.2} ms\", source = {source} }}")
+    };
     let told = if found.told.file.period.is_written() {
         "told in the file of the log"
     } else {
         "not known: filters are told to a millisecond"
     };
-    let _ = write!(
-        text,
-        "[motion]\nperiod = {}\nt1 = {}\nt2 = {}\n",
-        guess(&ms(period), told),
-        figure(t1, s1, &source),
-        figure(t2, s2, &source),
+    let cell = found.told.cell.as_ref().and_then(|c| c.motion.as_ref());
+    let choice = "not in the log: a choice; set it from the cell's own limit";
+    let rotation = cell.map_or_else(
+        || guess("90 deg/s", choice),
+        |c| {
+            let speed = &c.rotation_speed;
+            guess(&speed.value.value.to_string(), &speed.source)
+        },
     );
-    let (rotation, joint) = match cell {
-        Some(c) => (
-            guess(
-                &c.rotation_speed.value.value.to_string(),
-                &c.rotation_speed.source,
-            ),
-            guess(
-                &c.joint_speed.value.value.to_string(),
-                &c.joint_speed.source,
-            ),
-        ),
-        None => (
-            guess(
-                "90 deg/s",
-                "not in the log: a choice; set it from the cell's own limit",
-            ),
+    let joint = cell.map_or_else(
+        || {
             guess(
                 "1 m/s",
                 "not in the log: a choice; counts where no robot is named",
-            ),
-        ),
-    };
+            )
+        },
+        |c| {
+            guess(
+                &c.joint_speed.value.value.to_string(),
+                &c.joint_speed.source,
+            )
+        },
+    );
+    let mut text = heading(found);
     let _ = write!(
         text,
-        "rotation_speed = {rotation}\njoint_speed = {joint}\nspeeds = [\"{low:.3} mm/s\", \"{high:.3} mm/s\"]\n\n"
+        "[motion]\nperiod = {}\nt1 = {}\nt2 = {}\nrotation_speed = {rotation}\njoint_speed = {joint}\nspeeds = [\"{low:.3} mm/s\", \"{high:.3} mm/s\"]\n\n",
+        guess(&ms(period), told),
+        figure(t1, s1),
+        figure(t2, s2),
     );
     dwells(found, t1 + t2, s1.hypot(s2), &origin, &mut text);
-    let own = cell.map(|c| &c.corner);
-    let law = |of: &dyn Fn(&meltpath_robot::controller::CornerLaw) -> (String, String),
-               or: (&str, &str)| {
-        own.map_or_else(
-            || guess(or.0, or.1),
-            |c| {
-                let (value, source) = of(&c.value);
-                guess(&value, &source)
-            },
-        )
-    };
+    text + &corner(found)
+}
+
+/// What a change of direction is: as the cell says, or as the cell that ships does.
+fn corner(found: &Found) -> String {
     let least = found.corners().filter_map(|e| match e.seen {
         Seen::Corner { turn, .. } => Some(turn.to_degrees()),
         Seen::Start | Seen::Stop => None,
     });
     let least = least.fold(180.0, f64::min);
     let below = format!("assumption: the log's corners turn by {least:.0}° and more");
-    let _ = write!(
-        text,
-        "\n[motion.corner]\nnone_below = {}\nfull_above = {}\nchord_error = {}\n",
-        law(
-            &|c| (
-                c.none_below.value.value.to_string(),
-                c.none_below.source.clone()
+    let chords = "assumption: chords closer than this to a smooth curve are that curve";
+    let cell = found.told.cell.as_ref().and_then(|c| c.motion.as_ref());
+    let [none, full, chord] = match cell.map(|c| &c.corner) {
+        Some(c) => [
+            guess(&c.none_below.value.value.to_string(), &c.none_below.source),
+            guess(&c.full_above.value.value.to_string(), &c.full_above.source),
+            guess(
+                &c.chord_error.value.value.to_string(),
+                &c.chord_error.source,
             ),
-            ("5 deg", &below)
-        ),
-        law(
-            &|c| (
-                c.full_above.value.value.to_string(),
-                c.full_above.source.clone()
-            ),
-            ("30 deg", &below)
-        ),
-        law(
-            &|c| (
-                c.chord_error.value.value.to_string(),
-                c.chord_error.source.clone()
-            ),
-            (
-                "0.15 mm",
-                "assumption: chords closer than this to a smooth curve are that curve"
-            )
-        ),
-    );
-    text
+        ],
+        None => [
+            guess("5 deg", &below),
+            guess("30 deg", &below),
+            guess("0.15 mm", chords),
+        ],
+    };
+    format!("\n[motion.corner]\nnone_below = {none}\nfull_above = {full}\nchord_error = {chord}\n")
 }
 
 /// The law of the dwell: from a stop to full smoothing, never rising.
@@ -195,7 +183,7 @@ fn dwells(found: &Found, stop: f64, stop_sigma: f64, origin: &str, text: &mut St
     let last = rows.len() - 1;
     for (k, (share, dwell, sigma, source)) in rows.into_iter().enumerate() {
         let share = if k == last { 1.0 } else { share };
-        let source = Value::String(source).to_string();
+        let source = word(&source);
         let _ = writeln!(
             text,
             "[[motion.dwell]]\nsmoothing = \"{} %\"\ntime = {{ value = \"{}\", uncertainty = \"{:.2} ms\", source = {source} }}",

@@ -8,7 +8,9 @@ use meltpath::data::Cell;
 use meltpath::motion_log::{Found, MotionLogError, is_of_motion, motion_log};
 use meltpath::outcome::RunFolder::At;
 use meltpath_base::{Silent, Status};
-use meltpath_data::cells;
+use meltpath_data::{cells, find, robots};
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_numerics::random::Random;
 
 /// Filters of the made-up controller, and its dwell at 50 %, s.
@@ -261,4 +263,50 @@ fn what_is_wrong_is_told_with_its_line_and_what_to_do() {
     let none = write(dir.path(), "none.toml", "log = \"log.csv\"\n");
     let told = measured(dir.path(), &none).unwrap_err();
     assert!(matches!(told, MotionLogError::Stop(_)), "{told}");
+}
+
+/// The same drive, logged by the joints of a KUKA, in degrees as it shows them.
+#[test]
+fn a_log_by_joints_goes_through_the_robots_chain() {
+    let robot = find(robots::ALL, "kuka-kr16-r2010-2").unwrap();
+    let robot = meltpath_robot::cell::read(robot.text).unwrap();
+    let rest = robot.at_rest();
+    let mut random = Random::new(9);
+    let mut text = String::from("time,A1,A2,A3,A4,A5,A6\n");
+    let mut last: Option<[f64; 6]> = None;
+    for i in 0..7400 {
+        let t = 0.008 * f64::from(i);
+        let [x, y] = averaged(t - 0.7);
+        let tip = Pose {
+            position: DVec3::new(x, y, 0.0),
+            orientation: DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+        };
+        let found = robot
+            .arm
+            .inverse(robot.base_from_flange(tip, &rest))
+            .unwrap();
+        let near = |joints: &[f64; 6]| {
+            let from = last.unwrap_or_default();
+            let pairs = joints.iter().zip(from);
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let ways = found.solutions.iter().filter(|s| s.margin > 0.0);
+        let ways = ways.map(|s| s.angles);
+        let joints = ways.min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+        last = Some(joints);
+        write!(text, "{t:.3}").unwrap();
+        for angle in robot.arm.shown(joints) {
+            write!(text, ",{:.5}", angle.to_degrees() + 2e-4 * random.normal()).unwrap();
+        }
+        text.push('\n');
+    }
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "log.csv", text);
+    let keys = "robot = \"kuka-kr16-r2010-2\"\nframe = \"same\"\njoints = [\"A1\", \"A2\", \"A3\", \"A4\", \"A5\", \"A6\"]\n";
+    let found = measured(dir.path(), &file(dir.path(), keys)).unwrap();
+    let fitted = &found.fitted;
+    println!("{:?} {:?}", fitted.law, fitted.sigma);
+    assert!((fitted.law.sum - 0.18).abs() < 3.0 * fitted.sigma[0]);
+    assert!((fitted.law.dwells[0] - DWELL).abs() < 3.0 * fitted.sigma[2]);
+    assert!(found.motion.is_some(), "{:?}", found.verdict.warnings);
 }

@@ -168,10 +168,10 @@ pub fn align(log: &Log, path: &DrivenPath, freedom: Freedom) -> Result<Aligned, 
     if (pace - 1.0).abs() > PACE {
         return Err(AlignError::Pace {
             percent: 100.0 * pace,
-            remedy: if !(0.01..=20.0).contains(&pace) {
-                "are the log's times in seconds? tell their unit (time_unit)"
-            } else {
+            remedy: if (0.01..=20.0).contains(&pace) {
                 "drive at 100 % override, and name the path with the speeds that were driven"
+            } else {
+                "are the log's times in seconds? tell their unit (time_unit)"
             },
         });
     }

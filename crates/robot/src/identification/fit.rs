@@ -258,36 +258,6 @@ impl Problem<'_> {
         Ok(cost)
     }
 
-    /// Traces with one value of the law moved, and by how much: up and, where it may fall, down.
-    fn moved(&self, stretch: &Stretch, law: &Law, which: usize) -> Result<Slope, MotionError> {
-        let step = match which {
-            0 => 2.0 * STEP,
-            1 => 0.02 * law.sum * law.sum,
-            _ => STEP,
-        };
-        let value = |law: &Law| match which {
-            0 => law.sum,
-            1 => law.spread,
-            n => law.dwells[n - 2],
-        };
-        let by = |change: f64| {
-            let mut moved = law.clone();
-            match which {
-                0 => moved.sum += change,
-                1 => moved.spread += change,
-                n => moved.dwells[n - 2] += change,
-            }
-            moved.held()
-        };
-        let (up, down) = (by(step), by(-step));
-        let width = value(&up) - value(&down);
-        Ok(Slope {
-            up: trace(stretch, &up)?,
-            down: trace(stretch, &down)?,
-            width: width.max(1e-12),
-        })
-    }
-
     /// Regressions of each stretch, its begin first, and of all that they share; which of the law's values are free.
     fn system(
         &self,
@@ -310,7 +280,7 @@ impl Problem<'_> {
                 if *v >= 2 && stretch.ends.iter().all(unused) {
                     slopes.push(None);
                 } else {
-                    slopes.push(Some(self.moved(stretch, &state.law, *v)?));
+                    slopes.push(Some(moved(stretch, &state.law, *v)?));
                 }
             }
             let mut own = Regression::new(1 + shared);
@@ -458,6 +428,36 @@ impl Problem<'_> {
             steps,
         })
     }
+}
+
+/// Traces with one value of the law moved, and by how much: up and, where it may fall, down.
+fn moved(stretch: &Stretch, law: &Law, which: usize) -> Result<Slope, MotionError> {
+    let step = match which {
+        0 => 2.0 * STEP,
+        1 => 0.02 * law.sum * law.sum,
+        _ => STEP,
+    };
+    let value = |law: &Law| match which {
+        0 => law.sum,
+        1 => law.spread,
+        n => law.dwells[n - 2],
+    };
+    let by = |change: f64| {
+        let mut moved = law.clone();
+        match which {
+            0 => moved.sum += change,
+            1 => moved.spread += change,
+            n => moved.dwells[n - 2] += change,
+        }
+        moved.held()
+    };
+    let (up, down) = (by(step), by(-step));
+    let width = value(&up) - value(&down);
+    Ok(Slope {
+        up: trace(stretch, &up)?,
+        down: trace(stretch, &down)?,
+        width: width.max(1e-12),
+    })
 }
 
 /// How a trace changes with a value.

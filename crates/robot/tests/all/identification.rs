@@ -121,9 +121,6 @@ fn two_averages_are_found_in_another_frame() {
             log.noise()
         );
         let seen = events(&log, &path, &aligned, &fitted).unwrap();
-        for e in &seen.events {
-            println!("{} {:?} {} {:?}", e.stretch, e.seen, e.command, e.samples);
-        }
         assert_eq!(seen.events.len(), 4 * 7);
         for event in &seen.events {
             assert!(event.places.rms < 2e-3 + 2.0 * noise, "{event:?}");
@@ -310,7 +307,7 @@ fn logs_that_cannot_be_used_are_refused_with_their_place() {
     let other = refused(&|l| {
         l.places
             .iter_mut()
-            .for_each(|p| p.y = 0.4 * p.y.abs() + 1.3 * p.x)
+            .for_each(|p| p.y = 0.4 * p.y.abs() + 1.3 * p.x);
     });
     assert!(
         matches!(other, AlignError::Apart { .. } | AlignError::Short { .. }),
