@@ -189,9 +189,10 @@ pub(crate) enum Command {
         out: Option<PathBuf>,
     },
     /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map. Or records
-    /// of beads (voltage, current, wire feed): energy per volume, how the source answers to the contact tube distance, and files of both.
+    /// of beads (voltage, current, wire feed): energy per volume, how the source answers to the contact tube distance, and files of both. Or
+    /// a log of the tool along a path that was driven without arc: how the controller goes round corners, for the cell's [motion].
     Measure {
-        /// The file that names the scan or the records, and tells the settings of the beads.
+        /// The file that names the scan or the records, and tells the settings of the beads; or the file that names the log and its path.
         file: PathBuf,
         /// Folder to write, new; default the next free `<file>-measured/NNN` beside the file.
         #[arg(long)]
@@ -201,7 +202,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, measurements, walls, scan, records, mapping, or a data file: wire, gas, map, pool, energy, circuit, cell, robot, material, head, motor, recipe, gun, focus.
+        /// Which file: job, tune, measurements, walls, scan, records, motion-log, mapping, or a data file: wire, gas, map, pool, energy, circuit, cell, robot, material, head, motor, recipe, gun, focus.
         #[arg(value_parser = subject)]
         of: Subject,
     },

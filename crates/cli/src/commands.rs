@@ -11,7 +11,8 @@ use meltpath::start::{self, StartError};
 use meltpath::waam::program::wanted::{Restart, Torch, Wanted};
 use meltpath::waam::{self, LeftOpen};
 use meltpath::{
-    chain, compare, fit, focus, health, identify, inspect, measure, reach, records, tune,
+    chain, compare, fit, focus, health, identify, inspect, measure, motion_log, reach, records,
+    tune,
 };
 use meltpath_base::{Length, Observer, Reporter, Verdict};
 use serde_json::json;
@@ -364,6 +365,12 @@ fn focused(walls: &Path, out: Option<&Path>) -> Result<u8, Failure> {
 fn measured(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(file, "-measured");
+    if motion_log::is_of_motion(file) {
+        let found = motion_log::motion_log(file, RunFolder::asked(out, &runs), &progress)?;
+        show_timers(&progress);
+        let findings = meltpath::views::motion_log::lines(&found);
+        return Ok(show_found(&findings, &found.verdict, &found.folder));
+    }
     if records::is_of_records(file) {
         let found = records::records(file, RunFolder::asked(out, &runs), &progress)?;
         show_timers(&progress);

@@ -14,6 +14,7 @@ use meltpath::identify::IdentifyError;
 use meltpath::inspect::InspectError;
 use meltpath::job::JobError;
 use meltpath::measure::MeasureError;
+use meltpath::motion_log::MotionLogError;
 use meltpath::reach::ReachError;
 use meltpath::records::RecordsError;
 use meltpath::start::StartError;
@@ -81,6 +82,7 @@ failures! {
     FitCommandError: Stop;
     FocusCommandError: Stop;
     MeasureError: Stop;
+    MotionLogError: Stop;
     RecordsError: Stop;
     TuneError: Stop;
     InspectError: Cancelled Robot;

@@ -17,6 +17,7 @@ pub mod lpbf;
 mod machine;
 pub mod material;
 pub mod measure;
+pub mod motion_log;
 pub mod outcome;
 mod pools;
 pub mod reach;

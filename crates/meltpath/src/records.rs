@@ -57,8 +57,13 @@ stops!(RecordsError);
 /// A file that does not read is none: what reads scans tells what is wrong.
 pub fn is_of_records(path: &Path) -> bool {
     let text = crate::job::text_of(path).unwrap_or_default();
-    let has = |key: &str| peek::<Anything>(&text, &[key]).is_ok_and(|found| found.is_some());
+    let has = |key: &str| has_key(&text, key);
     has("record") || (has("columns") && !has("scan"))
+}
+
+/// Whether a file has a key at its top.
+pub(crate) fn has_key(text: &str, key: &str) -> bool {
+    peek::<Anything>(text, &[key]).is_ok_and(|found| found.is_some())
 }
 
 /// A key that is there, whatever it holds.

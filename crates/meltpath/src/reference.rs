@@ -22,6 +22,7 @@ use crate::fit::measurements::MeasurementsFile;
 use crate::focus::WallsFile;
 use crate::job::{ProcessKind, table_of};
 use crate::measure::ScanFile;
+use crate::motion_log::MotionLogFile;
 use crate::records::RecordsFile;
 use crate::tune::file::TuneFile;
 
@@ -34,6 +35,7 @@ choice! {
         Walls "walls" => "Walls that were built for a focus calibration.",
         Scan "scan" => "A scan of beads on a plate.",
         Records "records" => "Records of beads: voltage, current, wire feed.",
+        MotionLog "motion-log" => "A log of the tool along a path that was driven.",
         Mapping "mapping" => "The mapping of a record: which column is what.",
         Wire "wire" => "A wire.",
         Gas "gas" => "A shielding gas.",
@@ -122,6 +124,7 @@ impl Subject {
             Subject::Walls => WallsFile::KIND,
             Subject::Scan => ScanFile::KIND,
             Subject::Records => RecordsFile::KIND,
+            Subject::MotionLog => MotionLogFile::KIND,
             Subject::Mapping => Mapping::KIND,
             Subject::Wire => Wire::KIND,
             Subject::Gas => Gas::KIND,
@@ -204,6 +207,11 @@ fn page() -> String {
             Subject::Records,
             "The file of records",
             "`meltpath measure`, of records of beads",
+        ),
+        (
+            Subject::MotionLog,
+            "The file of a log of the tool",
+            "`meltpath measure`, of a dry run",
         ),
         (
             Subject::Mapping,

@@ -7,6 +7,7 @@ pub mod focus;
 pub(crate) mod health;
 pub(crate) mod lpbf;
 pub mod measure;
+pub mod motion_log;
 pub mod records;
 pub(crate) mod tune;
 pub mod waam;

@@ -21,6 +21,8 @@ table! {
         dwell: Vec<DwellEntry> => required;
         /// What a change of direction is.
         corner: CornerLaw => required;
+        /// The slowest and the fastest speed along the path at which it was identified. A tenth beyond them nothing is decided by it.
+        speeds: [Speed; 2] => none("not said: it counts at any speed");
     }
 
     /// Dwell at a change of direction, for one value of the smoothing option.
@@ -162,6 +164,13 @@ impl Controller {
                 Angle(law.full_above.0)
             );
             problems.push(law.none_below.problem(message));
+        }
+        if let Some([low, high]) = &*self.speeds
+            && !(0.0 < low.0 && low.0 <= high.0)
+        {
+            let message = format!("{} are {low} and {high}", self.speeds.name);
+            let problem = self.speeds.problem(message);
+            problems.push(problem.help("write the slowest first, above zero, then the fastest"));
         }
         problems.extend(self.check_dwell());
         problems

@@ -6,4 +6,4 @@ mod history;
 pub mod joints;
 pub mod riders;
 mod timeline;
-mod track;
+pub(crate) mod track;

@@ -7,6 +7,7 @@ pub mod command;
 pub mod controller;
 pub mod driven;
 pub mod hull;
+pub mod identification;
 pub mod interpolation;
 pub mod joint_move;
 pub mod kinematics;

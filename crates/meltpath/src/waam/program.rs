@@ -541,7 +541,7 @@ fn moves(
 }
 
 /// How the tool stands at point `i` of a pass that was read.
-fn tool(pass: &Pass<'_>, i: usize) -> Pose {
+pub(crate) fn tool(pass: &Pass<'_>, i: usize) -> Pose {
     // a reading says axis and turn of every point
     let (axis, turn) = (
         pass.axis(i).unwrap_or(DVec3::Z),
@@ -552,6 +552,24 @@ fn tool(pass: &Pass<'_>, i: usize) -> Pose {
 
 /// The command of move `i` of a pass.
 fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Settings) -> Command {
+    let programmed = pass.value(Channel::WireFeed, i);
+    let wire_feed = settings.feed_factor() * programmed.unwrap_or(settings.bead.wire_feed);
+    let source = if pass.head.role.deposits() {
+        Source::On { wire_feed }
+    } else {
+        Source::Off
+    };
+    driven(id, pass, i, control, source)
+}
+
+/// The command of move `i` of a pass, with what the source does.
+pub(crate) fn driven(
+    id: u32,
+    pass: &Pass<'_>,
+    i: usize,
+    control: Control,
+    source: Source,
+) -> Command {
     let kind = match (pass.move_at(i), control.way) {
         (Move::Spot { time }, _) => Kind::Wait { time },
         (Move::Arc { via }, _) => Kind::Arc { via },
@@ -559,8 +577,6 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
         (Move::Line, Way::Path) => Kind::Line,
     };
     let to = tool(pass, i + 1);
-    let programmed = pass.value(Channel::WireFeed, i);
-    let wire_feed = settings.feed_factor() * programmed.unwrap_or(settings.bead.wire_feed);
     Command {
         id,
         kind,
@@ -569,11 +585,7 @@ fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Sett
         // waits have none
         speed: pass.value(Channel::Speed, i).unwrap_or(1.0),
         smoothing: control.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
-        source: if pass.head.role.deposits() {
-            Source::On { wire_feed }
-        } else {
-            Source::Off
-        },
+        source,
     }
 }
 

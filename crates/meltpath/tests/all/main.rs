@@ -32,6 +32,7 @@ mod leaning;
 mod lpbf;
 mod measure;
 mod metal_and_plan;
+mod motion_log;
 mod names;
 mod onto;
 mod over;

@@ -84,12 +84,28 @@ pub fn simulate(
     if !problems.is_empty() {
         return Err(ControllerError::Data(Problems(problems)).into());
     }
-    check(start, commands)?;
     let dwells = corner::dwells(start.position, start.orientation, commands, controller);
+    simulate_dwelling(start, commands, &dwells, controller, dt, observer, sink)
+}
+
+/// The same, with the dwell after each command, s, told instead of looked up in the controller's law; T_1 + T_2 is a stop.
+///
+/// # Errors
+/// [`MotionError`], as [`simulate`].
+pub(crate) fn simulate_dwelling(
+    start: Pose,
+    commands: &[Command],
+    dwells: &[f64],
+    controller: &Controller,
+    dt: f64,
+    observer: &dyn Observer,
+    sink: &mut dyn MotionSink,
+) -> Result<Summary, MotionError> {
+    check(start, commands)?;
     let turns = commands
         .iter()
         .any(|c| c.orientation * DVec3::Z != start.orientation * DVec3::Z);
-    let mut run = Run::new(start, commands, &dwells, controller, dt)?;
+    let mut run = Run::new(start, commands, dwells, controller, dt)?;
     let mut block = MotionBlock::default();
     let mut told = 0;
     loop {

@@ -9,6 +9,7 @@
 mod collision;
 mod driven;
 mod external;
+mod identification;
 mod joint_moves;
 mod kinematics;
 mod motion;

@@ -65,11 +65,29 @@ pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Opti
             own.name()
         )
     } else {
-        return None;
+        return of_speed(settings);
     };
     Some(Doubt {
         reason,
-        remedy: "name the cell of this controller (program.dialect of its file says which), and write its [motion]: filter times and dwells identified from a log of the tool".to_owned(),
+        remedy: "name the cell of this controller (program.dialect of its file says which), and write its [motion]: meltpath measure makes it from a log of a dry run".to_owned(),
+    })
+}
+
+/// How far beyond the speeds at which a corner model was identified it still counts, as a share.
+const BEYOND: f64 = 0.1;
+
+/// The doubt that a corner model leaves which was identified at other speeds than the bead's.
+fn of_speed(settings: &Settings) -> Option<Doubt> {
+    let speeds = settings.cell.motion.as_ref()?.speeds.as_ref()?;
+    let [low, high] = speeds.each_ref().map(|s| s.0);
+    let speed = settings.bead.travel_speed;
+    let known = (low * (1.0 - BEYOND)..=high * (1.0 + BEYOND)).contains(&speed);
+    (!known).then(|| Doubt {
+        reason: format!(
+            "the cell's corner model was identified at {low:.1} to {high:.1} mm/s (motion.speeds), and beads go at {speed:.1} mm/s"
+        ),
+        remedy: "log a dry run at the speed of the beads, too, and measure it (meltpath measure)"
+            .to_owned(),
     })
 }
 

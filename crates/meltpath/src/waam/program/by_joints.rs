@@ -101,7 +101,7 @@ fn pose(cell: &Cell, axes: &[Axis], said: &[f64]) -> Option<Pose> {
 }
 
 /// Which external axes turn, by how many a program says: the positioner's, the track, or the track and the positioner's.
-pub(in crate::waam) fn turning(cell: &Cell) -> BTreeMap<usize, Vec<bool>> {
+pub(crate) fn turning(cell: &Cell) -> BTreeMap<usize, Vec<bool>> {
     let turns = |axis| Some(cell.external_joint(axis)?.kind == JointKind::Revolute);
     let track: Vec<bool> = turns(0).into_iter().collect();
     let table: Vec<bool> = (1..3).map_while(turns).collect();
@@ -115,7 +115,7 @@ pub(in crate::waam) fn turning(cell: &Cell) -> BTreeMap<usize, Vec<bool>> {
 
 /// Track and positioner as a program says them, mm or rad, the track first; one alone where there are as many axes as it has; nothing
 /// where none or others are said than the cell has.
-pub(in crate::waam) fn external(cell: &Cell, said: &[f64]) -> Option<External> {
+pub(crate) fn external(cell: &Cell, said: &[f64]) -> Option<External> {
     let rest = cell.at_rest();
     let turning = cell.positioner.as_ref().map_or(0, |p| p.joints.len());
     let sliding = usize::from(cell.track.is_some());
