@@ -335,6 +335,9 @@ pub fn simulate(
             preview.as_ref(),
             (reporter, observer),
         )?;
+    if let (Window::Good { path, .. }, None, Some(judged)) = (&plan.window, &preview, &judged) {
+        ends::tell_of_window(settings, path, judged.classes.window, reporter);
+    }
     if let (Some(judged), Some(how), None) = (&judged, &settings.optimise, &corrected) {
         shape::tell_of_shape(judged, how, reporter);
         shape::tell_of_loss(judged, how, reporter);
