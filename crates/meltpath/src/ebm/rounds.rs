@@ -315,3 +315,18 @@ fn keep(told: &[Round], best: &mut Option<Best>, drawn: Best, most: f64) {
         *best = Some(drawn);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shape first, then the window; without shape what melts outside; of equals the power as set.
+    #[test]
+    fn shape_comes_before_the_window() {
+        let of = |window: f64, outside: f64| merit([window, outside, window], 0.01);
+        assert!(of(0.1, 0.01) > of(0.9, 0.011));
+        assert!(of(0.3, 0.009) > of(0.2, 0.0));
+        assert!(of(0.1, 0.02) > of(0.9, 0.03));
+        assert!(merit([0.0, 0.0, 0.4], 0.01) > merit([0.0, 0.0, 0.3], 0.01));
+    }
+}
