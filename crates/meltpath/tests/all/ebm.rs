@@ -216,7 +216,7 @@ fn a_path_is_found_on_the_reference_solver() {
     let same = compare::compare(&out, Some(&voxels), NextIn(dir.path()), &Silent).unwrap();
     let apart = same.parts.iter().map(|p| p.apart.mean);
     assert!(apart.fold(0.0, f64::max) < 1.0);
-    let wrong = text.replace("solver = \"reference\"\n", "");
+    let wrong = text.replace("solver = \"reference\"\n", "solver = \"charts\"\n");
     std::fs::write(&file, wrong).unwrap();
     says(&refusal(&file), &["need a solver"]);
 }

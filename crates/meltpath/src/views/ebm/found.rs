@@ -137,11 +137,12 @@ fn trials(found: &Found) -> Option<Table> {
         ]
     });
     let table = Table::of("Orders and strategies tried", rows);
-    let note = match found.rounds.is_empty() {
-        true => format!(
+    let note = if found.rounds.is_empty() {
+        format!(
             "Share of the molten voxels in the window; the best one was gone on with. {COUNTED}"
-        ),
-        false => "Share of the section in the window on the coarse cells of the judge's solver; the best one was gone on with, shape first.".to_owned(),
+        )
+    } else {
+        "Share of the section in the window on the coarse cells of the judge's solver; the best one was gone on with, shape first.".to_owned()
     };
     (!found.trials.is_empty()).then(|| table.noted(&note))
 }
