@@ -118,7 +118,10 @@ impl Lever {
     }
 
     /// That it has a hold on `path` at all.
-    pub(crate) fn check(&self, path: &BeamPath) -> Result<(), StrategyError> {
+    ///
+    /// # Errors
+    /// [`StrategyError::NoSpots`]: times on spots of a path that rests nowhere.
+    pub fn check(&self, path: &BeamPath) -> Result<(), StrategyError> {
         if *self == Lever::Dwell && path.rests().next().is_none() {
             return Err(StrategyError::NoSpots);
         }

@@ -8,6 +8,7 @@ pub mod judge;
 pub mod optimise;
 pub mod plan;
 pub mod preview;
+pub mod rounds;
 pub mod run;
 pub mod settings;
 pub mod simulate;

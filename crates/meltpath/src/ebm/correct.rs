@@ -1,6 +1,6 @@
 //! Currents corrected on the judge's solver over the whole section: how a job sets it.
 
-pub mod rounds;
+pub mod stages;
 
 use meltpath_melt_strategy::learning::Freedom;
 

@@ -17,12 +17,15 @@ use meltpath_thermal::charts::simulation::Memory;
 use super::error::EbmError;
 use super::plan::Plan;
 use super::settings::Settings;
+use crate::ebm::optimise::Optimise;
 use crate::ebm::preview::charts::{Source, sources};
-use crate::job::ebm::ChartPreview;
+use crate::job::ebm::{Change, ChartPreview, EbmJob, OptimiseSolver};
 use crate::machine::Machine;
 use voxels::{Cost, depth, planes};
 use words::{memory, time};
 
+/// What a search on the judge's solver may take without being asked for, s of one core: an hour, the rest of which two cores halve.
+const AFFORDABLE: f64 = 3600.0;
 /// Voxels heated in a second by one core; measured.
 const HEATED: f64 = 5e7;
 
@@ -75,7 +78,7 @@ pub(super) fn drawing(plan: &Plan) -> Cost {
 /// What a run would refuse before it computes.
 pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
     let settings = &plan.settings;
-    let mut lines = match *settings.job.charts.preview {
+    let mut lines = match settings.preview {
         ChartPreview::Drawn => of_charts(plan, reporter)?,
         ChartPreview::None => Vec::new(),
     };
@@ -86,6 +89,13 @@ pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, Ebm
             time(seconds),
             memory(judged::memory(plan, judge, Machine::here().cores))
         ));
+        if let Some(how) = searching(plan) {
+            let seconds = judged::searched(plan, judge, how);
+            lines.push(format!(
+                "cost of the search on the judge's coarse cells: about {} of one core",
+                time(seconds)
+            ));
+        }
         if let Some(correct) = &settings.correct {
             let seconds = judged::corrected(plan, judge, correct);
             lines.push(format!(
@@ -95,6 +105,57 @@ pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, Ebm
         }
     }
     Ok(lines)
+}
+
+/// The search, where it is on the judge's solver.
+pub(in crate::ebm::cost) fn searching(plan: &Plan) -> Option<&Optimise> {
+    let how = plan.settings.optimise.as_ref();
+    how.filter(|how| how.solver == OptimiseSolver::Judge)
+}
+
+/// Looks for a path on charts where the job does not say on what, and the judge's solver would take too long.
+pub(in crate::ebm) fn settle_search(plan: &mut Plan, job: &EbmJob, reporter: &Reporter) {
+    let (Some(how), Some(judge)) = (searching(plan), &plan.settings.judge) else {
+        return;
+    };
+    let seconds = judged::searched(plan, judge, how);
+    let solver_alone = matches!(how.change, Change::Current | Change::Focus);
+    let Some(table) = job.optimise.as_ref() else {
+        return;
+    };
+    let written = table.solver.is_written() || *job.charts.preview == Some(ChartPreview::None);
+    if seconds <= AFFORDABLE || solver_alone || written {
+        return;
+    }
+    reporter.warn(
+        "search-on-charts",
+        format!(
+            "the path is looked for on charts, inside the contour: on the judge's solver, over the whole section, that would take about {} of one core",
+            time(seconds)
+        ),
+        "optimise.solver = \"judge\" takes the time; \"charts\" says that this is meant; fewer orders, strategies or rounds, or larger cells (judge.cell) take less",
+    );
+    let settings = &mut plan.settings;
+    for key in [
+        &table.solver.name,
+        &table.rounds.name,
+        &table.piece.name,
+        &job.charts.preview.name,
+    ] {
+        settings.provenance.parameters.remove(key);
+    }
+    let hatch = settings.subject.hatch().cloned();
+    let charts = OptimiseSolver::Charts;
+    settings.optimise = Some(Optimise::resolve(
+        table,
+        hatch.as_ref(),
+        charts,
+        &mut settings.provenance,
+    ));
+    settings.preview = job
+        .charts
+        .preview
+        .or_computed(&mut settings.provenance, ChartPreview::Drawn);
 }
 
 /// The lines of the charts.

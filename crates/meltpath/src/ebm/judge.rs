@@ -9,6 +9,7 @@ mod drift;
 pub(in crate::ebm) mod edge;
 pub mod ends;
 pub(crate) mod facts;
+pub(in crate::ebm) mod fused;
 pub mod lower;
 mod on_lower;
 mod scale;
@@ -35,6 +36,7 @@ pub use crate::ebm::judge::areas::{Hole, Hollow, Outside};
 use crate::ebm::judge::areas::{fullest_hole, hollows, outside};
 use crate::ebm::judge::beyond::{area_beyond, area_within, cells_beyond};
 use crate::ebm::judge::ends::{Ends, Surface, ends};
+use crate::ebm::judge::fused::unfused;
 use crate::ebm::judge::lower::Lower;
 use crate::ebm::judge::under::{body, domain, ground};
 use crate::ebm::plan::region::Contour;
@@ -324,35 +326,6 @@ impl Court<'_> {
         tally(highest, classes, &self.plan.contour, 0.0, part)
     }
 
-    /// Share of the section over metal whose foot stays solid.
-    fn unfused(&self, foot: &Field) -> Option<f64> {
-        let melting = self.plan.settings.material.liquidus;
-        let grid = &foot.grid;
-        let top = grid.planes() - 1;
-        let part = self.judging.part.as_ref();
-        let below = self.plan.lower.is_empty().then_some(&self.plan.below);
-        let far = area_beyond(grid, &self.plan.contour, 0.0, part, below);
-        let far = cells_beyond(grid, far) as u32;
-        let (mut cells, mut solid) = (far, far);
-        for j in 0..grid.cells[1] {
-            for i in 0..grid.cells[0] {
-                let c = grid.centre(i, j, top);
-                let point = [c.x, c.y];
-                let judged = self
-                    .judging
-                    .part
-                    .as_ref()
-                    .is_none_or(|p| p.depth(point) > 0.0);
-                let metal = !self.plan.lower.is_empty() || self.plan.below.is_metal(point);
-                if judged && metal && self.plan.contour.depth(point) > 0.0 {
-                    cells += 1;
-                    solid += u32::from(foot.at(i, j, top) < melting);
-                }
-            }
-        }
-        (cells > 0).then(|| f64::from(solid) / f64::from(cells))
-    }
-
     /// A run with its own window, and that of the run as set.
     fn run(
         &self,
@@ -384,7 +357,7 @@ impl Court<'_> {
                 ..wanted
             },
             as_it_was: self.tally(&drawn.highest, as_set),
-            unfused: self.unfused(&drawn.foot),
+            unfused: unfused(self.plan, self.judging.part.as_ref(), &drawn.foot),
             ledger: drawn.ledger,
             tally,
             classes,

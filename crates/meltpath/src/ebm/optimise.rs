@@ -1,6 +1,7 @@
-//! Better paths: orders and strategies tried, speed, time on spots, power or spot changed along the path, on charts or on the reference
-//! solver.
+//! Better paths: orders and strategies tried, speed, time on spots, power or spot changed along the path, on the judge's solver, on
+//! charts or on even cells.
 
+pub mod on_judge;
 pub mod search;
 
 use std::time::Duration;
@@ -55,22 +56,30 @@ pub struct Optimise {
 }
 
 impl Optimise {
-    /// From the job's table; `hatch` where one draws.
-    pub fn resolve(table: &OptimiseTable, hatch: Option<&BeamHatch>, r: &mut Provenance) -> Self {
+    /// From the job's table; `hatch` where one draws, and the solver where the table names none.
+    pub fn resolve(
+        table: &OptimiseTable,
+        hatch: Option<&BeamHatch>,
+        usual: OptimiseSolver,
+        r: &mut Provenance,
+    ) -> Self {
+        let solver = table.solver.or_computed(r, usual);
         let rounds = match *table.method {
             OptimiseMethod::Predictive => 0,
             _ => 12,
         };
-        let piece = match *table.solver {
+        let piece = match solver {
             OptimiseSolver::Reference => *table.cell,
             OptimiseSolver::Charts => Length(0.25),
+            // as [correct] has it: a quarter of the usual spot
+            OptimiseSolver::Judge => Length(0.1),
         };
         let own = hatch.map(|h| h.plan.pattern);
         let wanted = table.strategies.iter().copied();
         Optimise {
             method: *table.method,
             change: *table.change,
-            solver: *table.solver,
+            solver,
             controller: *table.controller,
             strategies: wanted.filter(|s| Some(pattern(*s)) != own).collect(),
             orders: table.orders.value.clone(),
@@ -107,23 +116,42 @@ impl Optimise {
         Ok(found)
     }
 
+    /// How often a path is drawn on the judge's solver, with `candidates` to choose from; what is drawn ahead not counted.
+    pub fn drawings(&self, candidates: usize) -> u64 {
+        let trials = match (candidates, self.method) {
+            (1, OptimiseMethod::Predictive) => 1,
+            (0 | 1, _) => 0,
+            (some, _) => some as u64 * u64::from(TRIAL_ROUNDS + 1),
+        };
+        trials + u64::from(self.rounds) + 1
+    }
+
+    /// What is tried: the path as given, other strategies and orders.
+    pub fn tried(&self) -> usize {
+        let orders = self.orders.iter().filter(|o| **o != OrderChoice::AsGiven);
+        1 + self.strategies.len() + orders.count()
+    }
+
     /// What looking on the reference solver costs where one drawing takes `one`, in words.
     fn cost(&self, one: Duration) -> String {
-        let orders = self.orders.iter().filter(|o| **o != OrderChoice::AsGiven);
-        let tried = match self.strategies.len() + orders.count() {
-            0 => 0,
-            others => (others as u32 + 1) * (TRIAL_ROUNDS + 1),
+        let tried = match self.tried() {
+            1 => 0,
+            some => some as u32 * (TRIAL_ROUNDS + 1),
         };
-        let mut drawings = f64::from(tried + self.rounds + 1);
-        if self.method == OptimiseMethod::Predictive {
-            // each piece is drawn ahead twice, a little further than it reaches, and then once
-            drawings += 1.0 + 2.0 * (1.0 + AHEAD / self.predicted_piece());
-        }
+        let drawings = f64::from(tried + self.rounds + 1) + self.ahead();
         let one = one.as_secs_f64();
         format!(
             "as much as {drawings:.0} drawings of {one:.1} s in all, {:.1} min",
             drawings * one / 60.0
         )
+    }
+
+    /// How many drawings drawing ahead takes: each piece twice, a little further than it reaches, and then once.
+    pub fn ahead(&self) -> f64 {
+        match self.method {
+            OptimiseMethod::Predictive => 1.0 + 2.0 * (1.0 + AHEAD / self.predicted_piece()),
+            OptimiseMethod::Learning | OptimiseMethod::Accelerate | OptimiseMethod::Pid => 0.0,
+        }
     }
 
     /// Length of the pieces that are predicted, mm.

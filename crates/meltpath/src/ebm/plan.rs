@@ -390,7 +390,7 @@ fn cut(
 
 /// Warns where charts draw what lies over powder with a memory of metal.
 fn warn_of_powder(settings: &Settings, share: &str, reporter: &Reporter) {
-    if *settings.job.charts.preview == ChartPreview::Drawn
+    if settings.preview == ChartPreview::Drawn
         && matches!(settings.simulation.memory, Memory::Ground(_))
     {
         reporter.warn(

@@ -30,7 +30,8 @@ fn plan_of(
 ) -> Result<Plan, EbmError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
     let reporter = Reporter::new();
-    let possible = |plan: Plan| {
+    let possible = |mut plan: Plan| {
+        cost::settle_search(&mut plan, job, &reporter);
         cost::refused::check(&plan, Machine::here(), &reporter)?;
         Ok(plan)
     };

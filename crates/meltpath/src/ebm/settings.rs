@@ -173,6 +173,8 @@ pub struct Settings {
     pub beam: Beam,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
+    /// Whether charts show the path.
+    pub preview: ChartPreview,
     /// How the simulation is carried out.
     pub simulation: simulation::Settings,
     /// What places the window.
@@ -230,7 +232,9 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
     let (charts, sim) = (&job.charts, &job.simulation);
     Ok(Settings {
         job: (**job).clone(),
-        optimise: optimise.map(|o| Optimise::resolve(o, subject.hatch(), &mut r)),
+        optimise: optimise
+            .map(|o| Optimise::resolve(o, subject.hatch(), job.usual_search(o), &mut r)),
+        preview: job.charts.preview.or_computed(&mut r, job.preview()),
         correct: job.correct.as_ref().map(Correct::resolve),
         subject,
         warnings: reporter.warnings(),
@@ -266,7 +270,7 @@ fn check_stop(job: &EbmJob, material: &Material) -> Result<(), Problems> {
     const HIGHEST: f64 = 4500.0;
     let stop = &job.charts.stop;
     let known = stop.0 > material.liquidus && stop.0 <= HIGHEST;
-    if known || *job.charts.preview == ChartPreview::None {
+    if known || job.preview() == ChartPreview::None {
         return Ok(());
     }
     let message = format!(

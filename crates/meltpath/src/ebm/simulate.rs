@@ -5,17 +5,20 @@ use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::ChartSet;
 use meltpath_thermal::charts::simulation::{ChartSimulation, ChartSimulationError};
-use meltpath_thermal::criteria::{Classes, Tally};
+use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
-use super::correct::rounds::{Corrected, corrected};
+use super::correct::stages::{Corrected, corrected};
 use super::cost::{drawing, extent};
 use super::error::EbmError;
 use super::gun::drawn::{self as at_gun, AtGun};
-use super::judge::{self, Judged, JudgedPath, Previewed};
+use super::judge::{self, Judged, JudgedPath, Previewed, of_all};
+use super::optimise::Optimise;
+use super::optimise::on_judge::on_judge;
 use super::optimise::search::{Found, on_charts, on_reference};
 use super::plan::{Plan, Window};
+use super::rounds::merit;
 use super::settings::Settings;
 use crate::ebm::judge::{ends, shape};
 use crate::ebm::plan::region::{Below, Contour};
@@ -37,11 +40,16 @@ pub struct Outcome {
     pub judged: Option<Judged>,
     /// What the gun makes of the path, where the job names one.
     pub gun: Option<AtGun>,
+    /// Whether the changed path is worse on the judge's own cells than the given one, which is handed back then.
+    pub withdrawn: bool,
 }
 
 impl Outcome {
     /// The path that the run judges: the better one where there is one.
     pub fn path<'a>(&'a self, plan: &'a Plan) -> &'a BeamPath {
+        if self.withdrawn {
+            return &plan.path;
+        }
         changed(self.found.as_ref(), self.corrected.as_ref()).unwrap_or(&plan.path)
     }
 }
@@ -250,10 +258,10 @@ fn previewed(
     let given = draw_last(start, &plan.path, plan, &classes, observer)?;
     given.simulation.tell(reporter);
     let found = match &ready {
-        Some((how, _)) if how.solver == OptimiseSolver::Reference => {
-            Some(on_reference(plan, how, observer)?)
+        Some((how, ready)) if how.solver == OptimiseSolver::Charts => {
+            Some(on_charts(plan, how, ready, &classes, observer)?)
         }
-        Some((how, ready)) => Some(on_charts(plan, how, ready, &classes, observer)?),
+        Some((how, _)) => Some(on_solver(plan, how, observer)?),
         None => None,
     };
     let (better, more) = match (&found, ready) {
@@ -277,6 +285,15 @@ fn previewed(
     Ok((preview, found))
 }
 
+/// Looks for a better path on the solver that the job names.
+fn on_solver(plan: &Plan, how: &Optimise, observer: &dyn Observer) -> Result<Found, EbmError> {
+    match (how.solver, &plan.settings.judge) {
+        (OptimiseSolver::Judge, Some(judging)) => on_judge(plan, judging, how, observer),
+        // the job's check lets nobody look on the judge's solver where there is none
+        _ => on_reference(plan, how, observer),
+    }
+}
+
 /// Simulates the job, and changes the speeds where it says so.
 ///
 /// # Errors
@@ -287,19 +304,19 @@ pub fn simulate(
     observer: &dyn Observer,
 ) -> Result<Outcome, EbmError> {
     let settings = &plan.settings;
-    let (preview, found) = match *settings.job.charts.preview {
+    let (preview, found) = match settings.preview {
         ChartPreview::Drawn => {
             let (preview, found) = previewed(plan, reporter, observer)?;
             (Some(preview), found)
         }
         ChartPreview::None => {
             let how = settings.optimise.as_ref();
-            let found = how.map(|how| on_reference(plan, how, observer));
+            let found = how.map(|how| on_solver(plan, how, observer));
             (None, found.transpose()?)
         }
     };
     let corrected = corrections(plan, found.as_ref(), observer)?;
-    let changes = changed(found.as_ref(), corrected.as_ref());
+    let changes = changed(found.as_ref(), corrected.as_ref()).filter(|path| **path != plan.path);
     let better = changes.map(|path| Previewed {
         path,
         // charts drew what was found, not what was made of it on the solver
@@ -310,10 +327,20 @@ pub fn simulate(
                 .and_then(|p| Some(&p.better.as_ref()?.highest)),
         },
     });
-    let judged = judged(plan, preview.as_ref(), better, observer)?;
-    if let (Some(judged), Some(_), None) = (&judged, &found, &corrected) {
-        shape::tell_of_shape(judged, reporter);
-        shape::tell_of_loss(judged, reporter);
+    let mut judged = judged(plan, preview.as_ref(), better, observer)?;
+    let withdrawn = !on_another_model(plan, corrected.as_ref())
+        && withdrawn(
+            plan,
+            judged.as_mut(),
+            preview.as_ref(),
+            (reporter, observer),
+        )?;
+    if let (Window::Good { path, .. }, None, Some(judged)) = (&plan.window, &preview, &judged) {
+        ends::tell_of_window(settings, path, judged.classes.window, reporter);
+    }
+    if let (Some(judged), Some(how), None) = (&judged, &settings.optimise, &corrected) {
+        shape::tell_of_shape(judged, how, reporter);
+        shape::tell_of_loss(judged, how, reporter);
     }
     if let (Some(found), Some(how)) = (&found, &settings.optimise) {
         shape::tell_of_bounds(found, how.bounds, reporter);
@@ -326,14 +353,56 @@ pub fn simulate(
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
     tell_outside(paths_judged.flatten(), reporter);
     ends::tell(hottest(judged.as_ref(), found.as_ref()), settings, reporter);
-    let last = changes.unwrap_or(&plan.path);
-    Ok(Outcome {
-        gun: at_gun::examined(plan, last),
+    let mut outcome = Outcome {
+        gun: None,
         preview,
         found,
         corrected,
         judged,
-    })
+        withdrawn,
+    };
+    if let Some(preview) = outcome.preview.as_mut().filter(|_| withdrawn) {
+        preview.better = None;
+    }
+    outcome.gun = at_gun::examined(plan, outcome.path(plan));
+    Ok(outcome)
+}
+
+/// Whether the changed path is worse on the judge's own cells than the given one, which is then judged in its place. Not asked of a path
+/// that the job wants looked for on another model: there a note says so.
+fn withdrawn(
+    plan: &Plan,
+    judged: Option<&mut Judged>,
+    preview: Option<&Preview>,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<bool, EbmError> {
+    let job = &plan.settings.job;
+    let Some(found) = judged else {
+        return Ok(false);
+    };
+    let Some(better) = &found.better else {
+        return Ok(false);
+    };
+    let [before, after] = [&found.given, better].map(|path| {
+        let share = of_all(&path.runs[0].tally, Class::Good);
+        let shares = [share, path.runs[0].outside.share, share];
+        merit(shares, job.checks.outside.0)
+    });
+    if after >= before {
+        return Ok(false);
+    }
+    shape::tell_withdrawn(&found.given, better, reporter);
+    if let Some(given) = self::judged(plan, preview, None, observer)? {
+        *found = given;
+    }
+    Ok(true)
+}
+
+/// Whether the job itself says that a path is looked for on another model than the judge's solver, and nothing goes on from there.
+fn on_another_model(plan: &Plan, corrected: Option<&Corrected>) -> bool {
+    let table = plan.settings.job.optimise.as_ref();
+    let written = table.and_then(|table| *table.solver);
+    corrected.is_none() && written.is_some_and(|solver| solver != OptimiseSolver::Judge)
 }
 
 /// The hottest temperatures on the reference solver, K: of the path that the verdict is of, and of the path as given where that is

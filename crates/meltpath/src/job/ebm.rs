@@ -2,6 +2,7 @@
 
 mod check;
 mod rings;
+mod search;
 
 use meltpath_base::settings::{File, Many};
 use meltpath_base::{
@@ -115,7 +116,7 @@ table! {
     /// Temperature histories under a beam at rest.
     pub struct ChartsTable {
         /// Whether charts show the path before the solver of `[judge]` decides.
-        preview: ChartPreview => default("drawn", "a first look, in seconds");
+        preview: ChartPreview => computed("drawn, a first look in seconds; none where [optimise] looks on the judge's solver");
         /// Chart files to use; settings they do not serve are computed.
         files: Vec<File> => default([], "all are computed");
         /// Heating stops here; above it temperatures are told apart badly.
@@ -219,7 +220,7 @@ table! {
         /// What is changed.
         change: Change => default("speed", "what every machine can change");
         /// What the temperatures are taken from.
-        solver: OptimiseSolver => default("charts", "seconds");
+        solver: OptimiseSolver => computed("judge; charts where nothing judges, for accelerate and pid, where the window has no place on the judge's solver, and where looking there takes more than an hour of one core");
         /// How often along the path the machine can change it.
         controller: ControllerKind => default("continuous", "as often as wanted");
         /// Orders of the lines to try.
@@ -231,12 +232,12 @@ table! {
         /// Slowest and fastest speed, as shares of the path's own. A current or a time on spots is divided by them, a diameter multiplied.
         speeds: [Ratio; 2] where positive => default(["60 %", "300 %"], "what a deflection follows easily");
         /// Length of a piece of one speed.
-        piece: Length where positive => computed("0.25 mm, four voxels, on charts; a cell on the reference solver");
-        /// Edge of a cell of the reference solver.
+        piece: Length where positive => computed("0.1 mm, a quarter of the usual spot, on the judge's solver; 0.25 mm, four voxels, on charts; a cell on even ones");
+        /// Edge of a cell with `solver = "reference"`; the judge's are `judge.cell`, and twice that while a path is looked for.
         cell: Length where positive => default("0.0625 mm", "half the thesis' distance of lines");
-        /// Planes of cells in a layer of the reference solver; temperatures are means over the layer.
+        /// Planes of cells in a layer with `solver = "reference"`; temperatures are means over the layer.
         planes: u32 where within(1.0, 16.0) => default(1, "a plane a layer; 2 show whether a share holds, 4 cost eight times the time");
-        /// Longest step of the reference solver.
+        /// Longest step with `solver = "reference"`.
         step: Time where positive => default("8e-6 s", "half of it moves shares by less than a point");
     }
 
@@ -389,8 +390,9 @@ choice! {
 
     /// What temperatures are taken from while optimising.
     pub enum OptimiseSolver {
-        Charts "charts" => "The chart simulation.",
-        Reference "reference" => "The reference solver.",
+        Judge "judge" => "The judge's solver for whole layers, on cells twice as large as its own, over the whole section, shape first.",
+        Charts "charts" => "The chart simulation, inside the contour: what Béraud 2016 does.",
+        Reference "reference" => "The reference solver on even cells, inside the contour, the ground held half a millimetre below.",
     }
 
     /// What a machine's controller can do.

@@ -8,6 +8,7 @@ mod front;
 mod histogram;
 mod layers;
 mod part;
+mod rounds;
 mod sections;
 mod shares;
 mod voxels;
@@ -260,7 +261,8 @@ pub fn report(
                 .collect(),
         ));
     }
-    sections.extend(outcome.found.iter().map(|f| found::section(f, plan)));
+    let found = outcome.found.iter();
+    sections.extend(found.map(|f| found::section(f, plan, outcome)));
     sections.extend(
         outcome
             .corrected
@@ -335,6 +337,9 @@ pub fn write_files(
     if let Some(last) = outcome.gun.as_ref().and_then(|gun| gun.drawn.last()) {
         let drawn = || Record::of(&last.motion, &plan.gun).map_err(io::Error::other);
         folder.write("drawn.csv", |w| w.write_all(drawn()?.to_csv().as_bytes()))?;
+    }
+    if let Some(found) = &outcome.found {
+        found::write(folder, found)?;
     }
     if let Some(found) = &outcome.corrected {
         corrected::write(folder, found)?;

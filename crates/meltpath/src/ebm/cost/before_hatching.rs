@@ -39,7 +39,7 @@ pub(in crate::ebm) fn fits(
         refused("the judge", Need::Memory([bytes, machine.bytes]), levers)
     });
     let charts = || {
-        let drawn = *job.charts.preview == ChartPreview::Drawn;
+        let drawn = settings.preview == ChartPreview::Drawn;
         drawn.then(|| voxels(settings, job, size, (extent.clone(), machine)))?
     };
     judged.or_else(charts).map_or(Ok(()), Err)

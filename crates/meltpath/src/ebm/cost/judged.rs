@@ -10,6 +10,7 @@ use meltpath_thermal::material::enthalpy::Enthalpy;
 use super::room;
 use crate::ebm::correct::Correct;
 use crate::ebm::judge::under::domain;
+use crate::ebm::optimise::Optimise;
 use crate::ebm::plan::{Plan, Window};
 use crate::ebm::settings::Judge;
 
@@ -132,6 +133,13 @@ pub(super) fn corrected(plan: &Plan, judge: &Judge, correct: &Correct) -> f64 {
     let fineness = Fineness::of(judge, plan.settings.job.ebm.layer.0);
     let once = fineness.finest(Seconds::of([&plan.path]), &plan.settings.material);
     once * powers * (coarse * OTHER + finest)
+}
+
+/// Seconds of one core that looking for a path on the judge's coarse cells takes; what is drawn ahead counts as as many drawings.
+pub(super) fn searched(plan: &Plan, judge: &Judge, how: &Optimise) -> f64 {
+    let fineness = Fineness::of(judge, plan.settings.job.ebm.layer.0);
+    let once = fineness.finest(Seconds::of([&plan.path]), &plan.settings.material);
+    once * OTHER * (how.drawings(how.tried()) as f64 + how.ahead())
 }
 
 /// Seconds of one core that the judge takes: as asked, and with all that moves it, for the path and the good body.

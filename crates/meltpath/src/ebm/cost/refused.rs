@@ -10,10 +10,10 @@ use meltpath_thermal::charts::simulation::Memory;
 
 use super::before_hatching::voxels;
 use super::charts::cost;
-use super::judged::{Fineness, Seconds, corrected, hull, judged, memory};
+use super::judged::{Fineness, Seconds, corrected, hull, judged, memory, searched};
 use super::lever::{self, Lever, Need, of_room, of_time, refused, subject};
 use super::words::time;
-use super::{drawing, room};
+use super::{drawing, room, searching};
 use crate::ebm::plan::Plan;
 use crate::ebm::preview::charts::{beam_settings, wanted};
 use crate::ebm::settings::Judge;
@@ -46,7 +46,7 @@ pub(in crate::ebm) fn check(
         found.extend(asked.of_judge(judge, reporter));
         found.extend(asked.of_part(judge));
     }
-    if *job.charts.preview == ChartPreview::Drawn {
+    if plan.settings.preview == ChartPreview::Drawn {
         found.extend(asked.of_charts());
     }
     found.extend(asked.of_search());
@@ -106,7 +106,9 @@ impl Asked<'_> {
         let room = refused("the judge", self.memory(needed), levers);
         let rounds = settings.correct.as_ref();
         let rounds = rounds.map_or(0.0, |how| corrected(self.plan, judge, how));
-        let seconds = judged(self.plan, judge) + rounds;
+        let search = searching(self.plan);
+        let search = search.map_or(0.0, |how| searched(self.plan, judge, how));
+        let seconds = judged(self.plan, judge) + rounds + search;
         let pace = refused("the judge", Need::Time(seconds), self.of_pace(judge));
         if room.is_none() && pace.is_none() {
             self.tell(seconds, reporter);

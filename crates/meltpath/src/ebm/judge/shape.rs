@@ -5,12 +5,14 @@ use meltpath_base::Reporter;
 use meltpath_thermal::criteria::Class;
 
 use crate::ebm::correct::Correct;
-use crate::ebm::correct::rounds::Corrected;
+use crate::ebm::correct::stages::Corrected;
 use crate::ebm::judge::{Judged, JudgedPath, of_all};
+use crate::ebm::optimise::Optimise;
 use crate::ebm::optimise::search::Found;
+use crate::job::ebm::OptimiseSolver;
 
 /// Warns where a path that was looked for inside the contour melts more outside than the given one.
-pub(in crate::ebm) fn tell_of_shape(judged: &Judged, reporter: &Reporter) {
+pub(in crate::ebm) fn tell_of_shape(judged: &Judged, how: &Optimise, reporter: &Reporter) {
     /// Share of the section that is worth a word.
     const WORTH: f64 = 1e-3;
     let Some(better) = &judged.better else {
@@ -20,20 +22,30 @@ pub(in crate::ebm) fn tell_of_shape(judged: &Judged, reporter: &Reporter) {
     if after < before + WORTH {
         return;
     }
+    let (why, help) = match how.solver {
+        OptimiseSolver::Judge => (
+            "less than checks.outside counts for the search, on coarse cells",
+            "a smaller checks.outside, or [correct]: it goes on to the judge's own cells",
+        ),
+        OptimiseSolver::Charts | OptimiseSolver::Reference => (
+            "it looks at what lies inside the contour, its rim left out",
+            "optimise.solver = \"judge\", or [correct] in place of [optimise]: both keep to the shape first; or lines that end further inside the contour",
+        ),
+    };
     reporter.warn(
         "outside-grew",
         format!(
-            "the path that [optimise] found melts {:.2} % of the section's area outside the contour, the path as given {:.2} %: it looks at what lies inside the contour, its rim left out",
+            "the path that [optimise] found melts {:.2} % of the section's area outside the contour, the path as given {:.2} %: {why}",
             100.0 * after,
             100.0 * before
         ),
-        "[correct] in place of [optimise]: it keeps to the shape first, or lines that end further inside the contour",
+        help,
     );
 }
 
 /// Warns where a path that was looked for does worse than the given one in what the checks count: the search has its own measure, on its
 /// own model.
-pub(in crate::ebm) fn tell_of_loss(judged: &Judged, reporter: &Reporter) {
+pub(in crate::ebm) fn tell_of_loss(judged: &Judged, how: &Optimise, reporter: &Reporter) {
     /// Share of the section that is worth a word.
     const WORTH: f64 = 0.01;
     let Some(better) = &judged.better else {
@@ -64,13 +76,41 @@ pub(in crate::ebm) fn tell_of_loss(judged: &Judged, reporter: &Reporter) {
     if worse.is_empty() {
         return;
     }
+    let help = match how.solver {
+        OptimiseSolver::Judge => {
+            "shape came first: a larger checks.outside or checks.rim, or lines that end further inside the contour, leave more to the window"
+        }
+        OptimiseSolver::Charts | OptimiseSolver::Reference => {
+            "the path as given: leave [optimise] out, or look at what the checks count: optimise.solver = \"judge\", or [correct]"
+        }
+    };
     reporter.warn(
         "search-lost",
         format!(
             "the path that [optimise] found is worse on the reference solver: {}",
             worse.join(", ")
         ),
-        "the path as given: leave [optimise] out, or [correct] in its place, which looks at what the checks count",
+        help,
+    );
+}
+
+/// Warns where a changed path is worse than the given one on the judge's own cells, so that the given one is handed back.
+pub(in crate::ebm) fn tell_withdrawn(
+    given: &JudgedPath,
+    changed: &JudgedPath,
+    reporter: &Reporter,
+) {
+    let [before, after] = [given, changed].map(|path| {
+        let run = &path.runs[0];
+        [of_all(&run.tally, Class::Good), run.outside.share].map(|share| 100.0 * share)
+    });
+    reporter.warn(
+        "search-withdrawn",
+        format!(
+            "what was found on coarse cells is worse on the judge's own: {:.1} % of the section in the window and {:.2} % molten outside, for {:.1} and {:.2} % by the path as given, which is handed back",
+            after[0], after[1], before[0], before[1]
+        ),
+        "finer cells for both (judge.cell), two planes a layer (judge.planes), or [correct], whose last round is on the judge's own cells",
     );
 }
 

@@ -22,6 +22,7 @@ use crate::ebm::error::EbmError;
 use crate::ebm::judge::under::{body, ground};
 use crate::ebm::judge::{centre, middle, tally};
 use crate::ebm::plan::{Plan, Window};
+use crate::ebm::rounds::Round;
 use crate::ebm::settings::Settings;
 use crate::job::ebm::OptimiseMethod;
 
@@ -32,6 +33,8 @@ pub struct Trial {
     pub name: String,
     /// Share in the window as drawn, and after a few rounds.
     pub shares: [f64; 2],
+    /// What melts outside the contour of the same two, as shares of the section, where the judge's solver scored them.
+    pub outside: Option<[f64; 2]>,
 }
 
 /// A better path.
@@ -47,6 +50,10 @@ pub struct Found {
     pub at_bounds: Option<[f64; 2]>,
     /// What the reference solver says of the given path and of this one, where it was looked for there.
     pub reference: Option<OnReference>,
+    /// What every round makes of the whole section, where the judge's solver scored them: the path as given first.
+    pub rounds: Vec<Round>,
+    /// Which of these is handed back.
+    pub kept: usize,
 }
 
 /// Shares on the reference solver.
@@ -154,6 +161,7 @@ impl Search<'_> {
             trials.push(Trial {
                 name,
                 shares: [found.scores[0], reached],
+                outside: None,
             });
             if best.as_ref().is_none_or(|(most, _, _)| reached > *most) {
                 best = Some((reached, path, found.profile));
@@ -163,18 +171,19 @@ impl Search<'_> {
         let (path, profile) = best.unwrap_or((self.plan.path.clone(), None));
         Ok((path, profile, trials))
     }
+}
 
-    fn prediction(&self) -> Result<Prediction, EbmError> {
-        let speed = fastest(&self.plan.path).0;
-        Ok(Prediction {
-            aim: self.aim(),
-            bounds: self.how.bounds,
-            length: self.how.predicted_piece(),
-            ahead: AHEAD / speed.max(1.0),
-            lever: self.how.lever(&self.plan.gun)?,
-            levels: Vec::new(),
-        })
-    }
+/// How drawing ahead chooses, towards `aim`, K.
+pub(super) fn prediction(plan: &Plan, how: &Optimise, aim: f64) -> Result<Prediction, EbmError> {
+    let speed = fastest(&plan.path).0;
+    Ok(Prediction {
+        aim,
+        bounds: how.bounds,
+        length: how.predicted_piece(),
+        ahead: AHEAD / speed.max(1.0),
+        lever: how.lever(&plan.gun)?,
+        levels: Vec::new(),
+    })
 }
 
 /// Looks for a better path on charts, from the state of `ready`.
@@ -207,7 +216,7 @@ pub fn on_charts(
                 &mut engine,
                 material,
                 &path,
-                &search.prediction()?,
+                &prediction(plan, how, search.aim())?,
                 observer,
             )?;
             Some(found)
@@ -227,6 +236,8 @@ pub fn on_charts(
                 trials,
                 at_bounds: None,
                 reference: None,
+                rounds: Vec::new(),
+                kept: 0,
             });
         }
     };
@@ -237,6 +248,8 @@ pub fn on_charts(
         trials,
         at_bounds: Some(found.profile.share_at(how.bounds)),
         reference: None,
+        rounds: Vec::new(),
+        kept: 0,
     })
 }
 
@@ -324,7 +337,7 @@ pub fn on_reference(
             &mut engine,
             material,
             &path,
-            &search.prediction()?,
+            &prediction(plan, how, search.aim())?,
             observer,
         )?)
     } else {
@@ -353,6 +366,8 @@ pub fn on_reference(
             step,
             updates,
         }),
+        rounds: Vec::new(),
+        kept: 0,
     })
 }
 

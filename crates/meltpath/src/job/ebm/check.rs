@@ -3,10 +3,7 @@
 use meltpath_base::settings::{Problem, broken};
 
 use super::rings;
-use super::{
-    Change, ChartPreview, CorrectTable, EbmJob, Ground, HatchStrategy, JudgeSolver, LayerMemory,
-    OptimiseMethod, OptimiseSolver, OptimiseTable,
-};
+use super::{ChartPreview, CorrectTable, EbmJob, Ground, JudgeSolver, LayerMemory, OptimiseSolver};
 
 /// Layers of a toolpath that have names.
 const MOST_LAYERS: u32 = 16_383;
@@ -77,20 +74,24 @@ impl EbmJob {
     /// Without charts the solver does it all.
     fn check_preview(&self) -> Vec<Problem> {
         let preview = &self.charts.preview;
-        let none = **preview == ChartPreview::None;
-        let learns = |o: &OptimiseTable| *o.solver == OptimiseSolver::Charts;
+        let none = **preview == Some(ChartPreview::None);
+        let on_charts = self.search() == Some(OptimiseSolver::Charts);
         broken([
             (
                 none && *self.judge.solver == JudgeSolver::None,
                 preview
-                    .problem("charts.preview and judge.solver are both \"none\": nothing draws the path")
+                    .problem(
+                        "charts.preview and judge.solver are both \"none\": nothing draws the path",
+                    )
                     .help("leave one of them out"),
             ),
             (
-                none && self.optimise.as_ref().is_some_and(learns),
+                none && on_charts,
                 preview
-                    .problem("[optimise] takes temperatures from charts, and charts.preview is \"none\"")
-                    .help("write solver = \"reference\" under [optimise], or leave charts.preview out"),
+                    .problem(
+                        "[optimise] takes temperatures from charts, and charts.preview is \"none\"",
+                    )
+                    .help("write solver = \"judge\" under [optimise], or leave charts.preview out"),
             ),
             (
                 none && !self.charts.files.is_empty(),
@@ -253,47 +254,6 @@ impl EbmJob {
                 ))
                 .at(w.low.span.clone().or(w.high.span.clone()))
                 .help("write both window.low and window.high, the lower one as low"),
-            ),
-        ])
-    }
-
-    fn check_optimise(&self, o: &OptimiseTable) -> Vec<Problem> {
-        let online = matches!(*o.method, OptimiseMethod::Accelerate | OptimiseMethod::Pid);
-        let reference = *o.solver == OptimiseSolver::Reference;
-        let hatch = self.hatch.as_ref();
-        let own = hatch.map(|h| *h.strategy);
-        let mut drawn = o.strategies.iter().copied().chain(own);
-        let [slowest, fastest] = *o.speeds;
-        broken([
-            (
-                slowest.0 >= fastest.0,
-                o.speeds
-                    .problem("optimise.speeds leave nothing to change")
-                    .help("write the least share first, such as [\"60 %\", \"300 %\"]"),
-            ),
-            (
-                online && (reference || *o.change != Change::Speed),
-                o.method
-                    .problem("optimise.method accelerate and pid change the speed, on charts")
-                    .help("use learning or predictive for current and focus, and on the reference solver"),
-            ),
-            (
-                matches!(*o.change, Change::Current | Change::Focus) && !reference,
-                o.change
-                    .problem("optimise.change current and focus need the reference solver")
-                    .help("write solver = \"reference\" under [optimise]: charts know only the settings they were made for"),
-            ),
-            (
-                *o.change == Change::Dwell && own.is_some() && drawn.any(|s| s != HatchStrategy::Spots),
-                o.change
-                    .problem("optimise.change = \"dwell\" changes the time on spots, and [hatch] or optimise.strategies draw lines")
-                    .help("write strategy = \"spots\" under [hatch] and no other under optimise.strategies, or change speed or current"),
-            ),
-            (
-                !o.strategies.is_empty() && hatch.is_none(),
-                o.strategies
-                    .problem("optimise.strategies are those of [hatch], which is not there")
-                    .help("let [hatch] draw the region, or try optimise.orders"),
             ),
         ])
     }

@@ -1,5 +1,6 @@
 //! The better path as people look at it: rounds, trials, what the beam does along lines, shares on the reference solver.
 
+use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
@@ -8,9 +9,11 @@ use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::material::CELSIUS;
 
 use super::histogram;
+use super::rounds::Told;
 use super::shares::Shares;
-use crate::ebm::optimise::search::{Found, OnReference};
+use crate::ebm::optimise::search::{Found, OnReference, Trial};
 use crate::ebm::plan::Plan;
+use crate::ebm::simulate::Outcome;
 use crate::job::ebm::Change;
 
 /// What the figures of a search are.
@@ -18,8 +21,67 @@ const COUNTED: &str = "Of what melts inside the contour, the rim (region.inside)
 
 pub(super) type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
 
+/// What there is to tell of the rounds on the judge's solver, where they were drawn there.
+fn told(found: &Found) -> Option<Told<'_>> {
+    let told = Told {
+        rounds: &found.rounds,
+        kept: found.kept,
+        ceiling: None,
+        file: "series/search.csv",
+    };
+    (!found.rounds.is_empty()).then_some(told)
+}
+
+/// Writes every round on the judge's solver.
+///
+/// # Errors
+/// [`OutputError`].
+pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+    told(found).map_or(Ok(()), |told| told.write(folder))
+}
+
+/// What was found on the judge's solver.
+fn on_judge(found: &Found, told: &Told<'_>, plan: &Plan) -> Section {
+    let change = plan.settings.optimise.as_ref().map(|o| o.change);
+    let change = change.unwrap_or(Change::Speed);
+    let along = along_the_path(&found.path, change, plan);
+    let handed = match found.kept {
+        0 => " None was better than the path as given, which is handed back.",
+        _ => "",
+    };
+    let cell = told.rounds.first().map_or(0.0, |round| 1e3 * round.cell);
+    Section::new(
+        "Better path",
+        format!(
+            "Looked for on the judge's solver, on cells of {cell:.1} µm, over the whole section. Paths that melt no more than {:.1} % of its area beyond the rim (checks.outside, checks.rim) come first, of these the one with most of the section in the window.{handed}",
+            100.0 * plan.settings.job.checks.outside.0
+        ),
+        vec![
+            told.by_round(),
+            told.window_against_shape(plan),
+            told.frontier(),
+            along,
+        ],
+        trials(found).into_iter().chain([told.table()]).collect(),
+    )
+}
+
 /// What was found.
-pub(super) fn section(found: &Found, plan: &Plan) -> Section {
+pub(super) fn section(found: &Found, plan: &Plan, outcome: &Outcome) -> Section {
+    let mut section = match told(found) {
+        Some(told) => on_judge(found, &told, plan),
+        None => elsewhere(found, plan),
+    };
+    if outcome.withdrawn {
+        section.intro.push_str(
+            " On the judge's own cells the path that was found is worse than the given one, which is handed back.",
+        );
+    }
+    section
+}
+
+/// What was found on charts or on even cells.
+fn elsewhere(found: &Found, plan: &Plan) -> Section {
     let points = (0..)
         .zip(&found.scores)
         .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
@@ -38,9 +100,7 @@ pub(super) fn section(found: &Found, plan: &Plan) -> Section {
         .map_or(Change::Speed, |o| o.change);
     let mut plots = vec![rounds, along_the_path(&found.path, change, plan)];
     let mut tables = Vec::new();
-    if !found.trials.is_empty() {
-        tables.push(trials(found));
-    }
+    tables.extend(trials(found));
     let intro = match &found.reference {
         Some(r) => {
             plots.push(histogram::plot(
@@ -58,22 +118,33 @@ pub(super) fn section(found: &Found, plan: &Plan) -> Section {
     Section::new("Better path", intro, plots, tables)
 }
 
-fn trials(found: &Found) -> Table {
-    let mut table = Table::new(
-        "Orders and strategies tried",
-        &["path", "as drawn (%)", "after a few rounds (%)"],
-    );
-    for trial in &found.trials {
-        table.rows.push(vec![
-            Cell::text(&trial.name),
-            Cell::Fixed(100.0 * trial.shares[0], 1),
-            Cell::Fixed(100.0 * trial.shares[1], 1),
-        ]);
-    }
-    table.note = format!(
-        "Share of the molten voxels in the window; the best one was gone on with. {COUNTED}"
-    );
-    table
+/// What was tried before, where anything was.
+fn trials(found: &Found) -> Option<Table> {
+    let outside = |trial: &Trial, n: usize| {
+        let share = trial.outside.map(|shares| shares[n]);
+        share.map_or(Cell::Empty, |share| Cell::Fixed(100.0 * share, 2))
+    };
+    let rows = found.trials.iter().map(|trial| {
+        [
+            ("path", Cell::text(&trial.name)),
+            ("as drawn (%)", Cell::Fixed(100.0 * trial.shares[0], 1)),
+            (
+                "after a few rounds (%)",
+                Cell::Fixed(100.0 * trial.shares[1], 1),
+            ),
+            ("molten outside, as drawn (%)", outside(trial, 0)),
+            ("after a few rounds, outside (%)", outside(trial, 1)),
+        ]
+    });
+    let table = Table::of("Orders and strategies tried", rows);
+    let note = if found.rounds.is_empty() {
+        format!(
+            "Share of the molten voxels in the window; the best one was gone on with. {COUNTED}"
+        )
+    } else {
+        "Share of the section in the window on the coarse cells of the judge's solver; the best one was gone on with, shape first.".to_owned()
+    };
+    (!found.trials.is_empty()).then(|| table.noted(&note))
 }
 
 fn shares(r: &OnReference, found: &Found, plan: &Plan) -> Table {

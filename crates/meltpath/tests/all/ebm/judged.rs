@@ -114,7 +114,7 @@ fn the_solver_judges_without_charts() {
     for (rest, said) in [
         ("[judge]\nsolver = \"none\"\n", "nothing draws the path"),
         (
-            "[optimise]\nmethod = \"learning\"\n",
+            "[optimise]\nmethod = \"learning\"\nsolver = \"charts\"\n",
             "takes temperatures from charts",
         ),
     ] {
