@@ -14,6 +14,7 @@ mod seam;
 mod statements;
 mod variables;
 mod variants;
+mod verbs;
 mod words;
 mod write;
 

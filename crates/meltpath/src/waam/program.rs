@@ -591,13 +591,10 @@ pub(crate) fn driven(
 
 /// Why programs lay no metal.
 fn no_bead(programs: &[Program], (stands, gaps): (bool, Vec<Gap>)) -> ProgramStageError {
-    let name = programs.first();
-    let name = name.map_or_else(String::new, |p| p.name.clone());
-    if !gaps.is_empty() {
-        ProgramStageError::NoBead { name, gaps }
-    } else if stands {
-        ProgramStageError::NoMove(name)
-    } else {
-        ProgramStageError::NoArc(name)
+    let name = programs.first().map(|p| p.name.clone()).unwrap_or_default();
+    match (gaps.is_empty(), stands) {
+        (false, _) => ProgramStageError::NoBead { name, gaps },
+        (true, true) => ProgramStageError::NoMove(name),
+        (true, false) => ProgramStageError::NoArc(name),
     }
 }

@@ -9,6 +9,7 @@ use super::declared::{Declared, declared, displaced, is_pose};
 use super::statements::{Statement, statements};
 use super::variables;
 use super::variants::{Variants, has_parameters};
+use super::verbs::{Path, Stage, verb};
 use crate::collected::Collected;
 use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, decoded};
@@ -208,49 +209,6 @@ fn switch<'a>(all: &[&'a str], name: &str) -> Option<&'a str> {
     })
 }
 
-/// What the arc does at a move.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Stage {
-    Start,
-    Goes,
-    End,
-}
-
-/// How a move goes.
-#[derive(Clone, Copy, PartialEq)]
-enum Path {
-    Joint,
-    Straight,
-    Round,
-}
-
-impl Path {
-    /// The word of a move without arc.
-    fn plain(self) -> &'static str {
-        match self {
-            Path::Joint => "MoveJ",
-            Path::Straight => "MoveL",
-            Path::Round => "MoveC",
-        }
-    }
-}
-
-/// A verb: how the move goes, and the arc.
-fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
-    Some(match name.to_ascii_uppercase().as_str() {
-        "MOVEJ" | "MOVEABSJ" => (Path::Joint, None),
-        "MOVEL" => (Path::Straight, None),
-        "MOVEC" => (Path::Round, None),
-        "ARCLSTART" => (Path::Straight, Some(Stage::Start)),
-        "ARCL" => (Path::Straight, Some(Stage::Goes)),
-        "ARCLEND" => (Path::Straight, Some(Stage::End)),
-        "ARCCSTART" => (Path::Round, Some(Stage::Start)),
-        "ARCC" => (Path::Round, Some(Stage::Goes)),
-        "ARCCEND" => (Path::Round, Some(Stage::End)),
-        _ => return None,
-    })
-}
-
 /// The speed of a move, mm/s, where it is known; else what its words leave: weld data of the controller where it lays metal by such.
 fn speed_of(known: Option<f64>, (path, lays): (Path, bool), words: &str) -> Speed {
     match known {
@@ -293,6 +251,10 @@ impl Routine {
     fn acts(&mut self, text: &str, known: &Declared) -> Option<()> {
         let (name, rest) = identifier(text);
         if let Some((path, stage)) = verb(name) {
+            if stage.is_none() && path != Path::Joint && self.arc.is_some() {
+                // whether the arc burns on is in no manual that is known here
+                self.out.keep(&format!("{} {rest}", path.plain()));
+            }
             return self.motion(path, stage, rest, known);
         }
         match name.to_ascii_uppercase().as_str() {
@@ -431,10 +393,6 @@ impl Routine {
         rest: &str,
         known: &Declared,
     ) -> Option<()> {
-        if stage.is_none() && path != Path::Joint && self.arc.is_some() {
-            // whether the arc burns on is in no manual that is known here
-            self.out.keep(&format!("{} {rest}", path.plain()));
-        }
         let all: Vec<(&str, Vec<&str>)> =
             arguments(rest.trim_start().trim_start_matches("\\Conc,"))
                 .into_iter()

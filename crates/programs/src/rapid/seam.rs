@@ -1,7 +1,8 @@
 //! What seam data do at the begin and at the end of a bead.
 
 use super::declared::Declared;
-use super::parse::{Routine, Stage};
+use super::parse::Routine;
+use super::verbs::Stage;
 use crate::program::{ArcAction, ArcWord, Instruction, Unsaid};
 
 /// What a move of the arc comes to with its seam data.

@@ -6,10 +6,27 @@ use meltpath_scan_head::head::interpolation::sample_count;
 use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
-use meltpath_scan_head::search::{Bounds, Candidate, Problem, search};
+use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
 use super::near;
 use super::reference::{job_of, recipes, three_axis_data};
+
+/// What was tried.
+fn tell(found: &Found) {
+    for c in &found.tried {
+        println!(
+            "{:.4} s, share {:.3}, fill {:.3}, unlit {:.4} of {:.4} mm, stray {:.4} of {:.4} mm, within {}",
+            c.duration,
+            c.contour_share,
+            c.fill_rate,
+            c.unlit,
+            found.most_unlit,
+            c.stray,
+            c.most_stray,
+            c.within
+        );
+    }
+}
 
 /// The first candidate is the recipe that was given: its rates are those of a run with the delays that were tuned, the fill rate the
 /// that of the worse square. Of speeds that all keep the bounds the fastest is found.
@@ -82,19 +99,7 @@ fn a_candidate_is_judged_as_a_run_with_its_delays() {
         ..problem
     };
     let found = search(&waiting, &hasty, &Silent).unwrap();
-    for c in &found.tried {
-        println!(
-            "{:.4} s, share {:.3}, fill {:.3}, unlit {:.4} of {:.4} mm, stray {:.4} of {:.4} mm, within {}",
-            c.duration,
-            c.contour_share,
-            c.fill_rate,
-            c.unlit,
-            found.most_unlit,
-            c.stray,
-            c.most_stray,
-            c.within
-        );
-    }
+    tell(&found);
     let best = found.best.as_ref().unwrap();
     let dark = |c: &&Candidate| c.unlit > found.most_unlit && c.contour_share >= 0.01;
     let faster = found

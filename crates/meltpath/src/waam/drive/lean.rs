@@ -6,7 +6,7 @@ use meltpath_robot::cell::{Arrangement, Cell, External, Values};
 use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::Lean;
 
-use crate::waam::drive::slope::{LEVEL, Slope};
+use crate::waam::drive::slope::{self, LEVEL, Slope};
 use crate::waam::judge::doubt::Doubt;
 use crate::waam::program::{Axes, Commands};
 use crate::waam::settings::Settings;
@@ -259,7 +259,7 @@ impl Leaning {
         let turned = self.turned.iter().filter_map(Turned::doubt);
         turned
             .chain(self.lying.and_then(Lying::doubt))
-            .chain(self.slope.as_ref().map(Slope::doubt))
+            .chain(self.slope.as_ref().map(aslope))
             .collect()
     }
 
@@ -284,6 +284,14 @@ impl Leaning {
     /// The mean lean over the time of the arc, where a positioner turns the part meanwhile.
     pub(in crate::waam) fn fact(&self) -> Option<Fact> {
         self.turned.as_ref().map(Turned::fact)
+    }
+}
+
+/// Beads of flat layers that lie aslope by the frames of their programs.
+fn aslope(slope: &Slope) -> Doubt {
+    Doubt {
+        reason: slope.reason().to_owned(),
+        remedy: slope::REMEDY.to_owned(),
     }
 }
 

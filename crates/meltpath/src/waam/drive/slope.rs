@@ -9,7 +9,6 @@ use meltpath_programs::frame_text::shown;
 use meltpath_programs::held::Holds;
 use meltpath_programs::{Control, Dialect, Program};
 
-use crate::waam::judge::doubt::Doubt;
 use crate::waam::settings::Settings;
 
 /// Beads are measured on tables as level as this, rad: 1°.
@@ -68,12 +67,9 @@ fn up(frame: &Pose) -> DVec3 {
 }
 
 impl Slope {
-    /// Beads of flat layers that lie aslope.
-    pub(super) fn doubt(&self) -> Doubt {
-        Doubt {
-            reason: self.reason.clone(),
-            remedy: REMEDY.to_owned(),
-        }
+    /// What says so.
+    pub(super) fn reason(&self) -> &str {
+        &self.reason
     }
 
     /// From level, or from upright, rad.
@@ -95,5 +91,6 @@ impl Slope {
     }
 }
 
-const REMEDY: &str =
+/// What to do about it.
+pub(super) const REMEDY: &str =
     "name the robot, whose file says how it stands and where the part lies (machine.robot)";
