@@ -283,7 +283,8 @@ mod tests {
             .lines()
             .map(|l| match l.strip_prefix("# ") {
                 Some(option)
-                    if option.contains(" = ") && !other.iter().any(|o| option.starts_with(o)) =>
+                    if (option.contains(" = ") || option.starts_with('['))
+                        && !other.iter().any(|o| option.starts_with(o)) =>
                 {
                     format!("{option}\n")
                 }

@@ -302,7 +302,7 @@ fn help_and_version_are_no_errors() {
     assert_eq!(unknown.status.code(), Some(2));
     assert!(
         said(&unknown)
-            .contains("known are job, tune, measurements, walls, scan, records, mapping, wire"),
+            .contains("known are job, tune, measurements, walls, scan, records, motion-log, mapping, wire"),
         "{}",
         said(&unknown)
     );

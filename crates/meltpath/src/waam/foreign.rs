@@ -232,7 +232,9 @@ impl Seen<'_> {
         }
         doubts.extend(self.stands.doubt());
         doubts.extend(leaning.doubts());
-        doubts.extend(doubt::of_corners(program::spoken(parsed), settings));
+        let corners = doubt::of_corners(program::spoken(parsed), settings);
+        let speeds = || doubt::of_speeds(programmed(commands, settings).map(|s| s.speed), settings);
+        doubts.extend(corners.or_else(speeds));
         leave_undecided(checks, &doubts, commands, settings);
     }
 }

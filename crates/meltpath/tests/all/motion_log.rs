@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{check, has_files, says, warned, write};
 use meltpath::data::Cell;
 use meltpath::motion_log::{Found, MotionLogError, is_of_motion, motion_log};
-use meltpath::outcome::RunFolder::At;
+use meltpath::outcome::RunFolder::{At, NextIn};
 use meltpath_base::{Silent, Status};
 use meltpath_data::{cells, find, robots};
 use meltpath_geometry::Pose;
@@ -309,4 +309,21 @@ fn a_log_by_joints_goes_through_the_robots_chain() {
     assert!((fitted.law.sum - 0.18).abs() < 3.0 * fitted.sigma[0]);
     assert!((fitted.law.dwells[0] - DWELL).abs() < 3.0 * fitted.sigma[2]);
     assert!(found.motion.is_some(), "{:?}", found.verdict.warnings);
+}
+
+/// A corner model counts at the speeds at which it was identified: beads of 12.5 mm/s are one of them, or not.
+#[test]
+fn beads_at_speeds_that_were_not_logged_are_not_decided_about() {
+    for (speeds, open) in [("10 mm/s\", \"15 mm/s", false), ("20 mm/s\", \"30 mm/s", true)] {
+        let dir = tempfile::tempdir().unwrap();
+        let shipped = meltpath_data::cells::ARCMATE_120IC.text;
+        let cell = shipped.replacen("[motion]", &format!("[motion]\nspeeds = [\"{speeds}\"]"), 1);
+        std::fs::write(dir.path().join("cell.toml"), cell).unwrap();
+        let job = crate::dialects::job(dir.path(), "cell = \"cell.toml\"", "");
+        let runs = NextIn(&dir.path().join("runs"));
+        let verdict = meltpath::waam::run(&job, runs, &Silent).unwrap().verdict;
+        let lack = check(&verdict, "lack");
+        let told = lack.reason.contains("motion.speeds");
+        assert_eq!((told, lack.status == Status::CannotSay), (open, open), "{lack:?}");
+    }
 }

@@ -15,7 +15,7 @@ use crate::held::Holds;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
     ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, MotionInstruction,
-    MotionKind, PositionRef, Section, Speed, TOOL, Termination, USER_FRAME,
+    MotionKind, PositionRef, Section, Speed, TOOL, Termination, USER_FRAME, Unsaid,
 };
 use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
 
@@ -251,11 +251,14 @@ impl Routine {
     fn acts(&mut self, text: &str, known: &Declared) -> Option<()> {
         let (name, rest) = identifier(text);
         if let Some((path, stage)) = verb(name) {
-            if stage.is_none() && path != Path::Joint && self.arc.is_some() {
-                // whether the arc burns on is in no manual that is known here
-                self.out.keep(&format!("{} {rest}", path.plain()));
+            let open = stage.is_none() && path != Path::Joint && self.arc.is_some();
+            self.motion(path, stage, rest, known)?;
+            if open {
+                // in no manual that is known here
+                let words = format!("the arc along {} between arc moves", path.plain());
+                self.out.unsaid(vec![Unsaid::Phase(words)]);
             }
-            return self.motion(path, stage, rest, known);
+            return Some(());
         }
         match name.to_ascii_uppercase().as_str() {
             along @ ("CONFJ" | "CONFL") => {

@@ -65,7 +65,7 @@ pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Opti
             own.name()
         )
     } else {
-        return of_speed(settings);
+        return of_speeds([settings.bead.travel_speed], settings);
     };
     Some(Doubt {
         reason,
@@ -76,13 +76,16 @@ pub(in crate::waam) fn of_corners(dialect: Dialect, settings: &Settings) -> Opti
 /// How far beyond the speeds at which a corner model was identified it still counts, as a share.
 const BEYOND: f64 = 0.1;
 
-/// The doubt that a corner model leaves which was identified at other speeds than the bead's.
-fn of_speed(settings: &Settings) -> Option<Doubt> {
+/// The doubt that a corner model leaves which was identified at other speeds than those of beads, mm/s: of the first of them.
+pub(in crate::waam) fn of_speeds(
+    beads: impl IntoIterator<Item = f64>,
+    settings: &Settings,
+) -> Option<Doubt> {
     let speeds = settings.cell.motion.as_ref()?.speeds.as_ref()?;
     let [low, high] = speeds.each_ref().map(|s| s.0);
-    let speed = settings.bead.travel_speed;
-    let known = (low * (1.0 - BEYOND)..=high * (1.0 + BEYOND)).contains(&speed);
-    (!known).then(|| Doubt {
+    let known = low * (1.0 - BEYOND)..=high * (1.0 + BEYOND);
+    let speed = beads.into_iter().find(|speed| !known.contains(speed))?;
+    Some(Doubt {
         reason: format!(
             "the cell's corner model was identified at {low:.1} to {high:.1} mm/s (motion.speeds), and beads go at {speed:.1} mm/s"
         ),

@@ -16,6 +16,7 @@ use super::{Asked, Shape, onto};
 use crate::job::waam::{SurfaceSpeeds, SurfaceStrategyChoice};
 use crate::waam::deposit::tube;
 use crate::waam::judge::doubt::{self, AHEAD, ASIDE, Doubt};
+use crate::waam::judge::checks::planned;
 use crate::waam::judge::{TubePlace, layer_checks};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
@@ -186,7 +187,8 @@ fn remedy(id: &str, asked: Option<&Asked>) -> String {
 
 /// What keeps the metal from being decided about.
 fn doubts(grown: &Grown, plan: &SurfacePlan, settings: &Settings) -> Vec<Doubt> {
-    let corners = doubt::of_corners(settings.judged(), settings);
+    let speeds = || doubt::of_speeds(planned(&plan.toolpath).map(|s| s.speed), settings);
+    let corners = doubt::of_corners(settings.judged(), settings).or_else(speeds);
     let room = (grown.fine.laid.beside > 0.0 || grown.coarse.laid.beside > 0.0).then(|| Doubt {
         reason: format!(
             "{:.1} mm³ of metal found no room in memory",
