@@ -1,11 +1,13 @@
 //! The laser scan-head pipeline: recipes on a plate of squares, on read layers or on layers of a part, where the laser really
 //! goes, comparison, verdict.
 
+pub(crate) mod defocus;
 pub mod error;
 pub(crate) mod friction;
 pub mod heat;
 mod judge;
 pub(crate) mod left_out;
+mod marked_again;
 mod motion;
 pub(crate) mod optimise;
 pub(crate) mod paced;

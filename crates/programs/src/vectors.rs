@@ -8,7 +8,7 @@ mod read;
 mod words;
 mod write;
 
-pub use read::{Reader, VectorListError};
+pub use read::{Reader, UnlitPower, VectorListError, line_of};
 pub use write::{VectorWriteError, Writer};
 
 #[cfg(test)]
@@ -19,7 +19,7 @@ mod tests {
     use meltpath_toolpath::{Channel, Layer, Move, PassHead, Role};
 
     use super::words::KINDS;
-    use super::{Reader, VectorListError, VectorWriteError, Writer};
+    use super::{Reader, VectorListError, VectorWriteError, Writer, line_of};
 
     fn read(text: &str) -> Result<Vec<Layer>, VectorListError> {
         Reader::new(text.as_bytes())?.collect()
@@ -134,6 +134,18 @@ mod tests {
             writer.layer(&layer),
             Err(VectorWriteError::Again { layer: 4 })
         ));
+    }
+
+    #[test]
+    fn powers_without_light_are_counted_and_places_found() {
+        let text = "kind,x_mm,y_mm,z_mm,power_W,layer\nstart,0,0,,,1\njump,1,0,,0,1\njump,2,0,,200,1\nfill,3,0,4,200,1\n\
+                    run,4,0,,5,1\nstart,0,0,,,2\nfill,3,0,4,,2\n";
+        let mut reader = Reader::new(text.as_bytes()).unwrap();
+        assert_eq!(reader.by_ref().count(), 2);
+        let unlit = reader.unlit_power();
+        assert_eq!((unlit.line, unlit.lines), (4, 2));
+        let line = |layer| line_of(text.as_bytes(), layer, DVec3::new(3.0, 0.0, 4.0));
+        assert_eq!([1, 2, 3].map(line), [Some(5), Some(8), None]);
     }
 
     #[test]

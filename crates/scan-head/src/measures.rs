@@ -9,6 +9,7 @@ pub mod fill_share;
 pub mod hatch;
 pub mod histogram;
 pub mod light;
+pub mod marks_again;
 pub mod outline;
 pub mod segment;
 pub mod stray_light;

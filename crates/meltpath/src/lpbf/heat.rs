@@ -4,6 +4,7 @@
 //! A layer is joined to the one below where the metal was liquid at its lower face. What the commanded path melts there and
 //! the marked one does not is the machine's doing; what neither melts, the recipe's.
 
+mod again;
 mod beam;
 mod boiling;
 mod dwell;
@@ -23,6 +24,7 @@ use meltpath_thermal::pool::history::Memory;
 use meltpath_thermal::pool::moving_source::{MovingSource, MovingSourceError};
 use meltpath_thermal::solver::source::Depth;
 
+use again::WarmPlaces;
 use beam::{commanded, lit};
 use boiling::Boiling;
 use pace::Slow;
@@ -30,6 +32,7 @@ use standing::Standing;
 use surface::{beside, closed};
 use weakest::Choice;
 
+pub(super) use again::check as again_check;
 pub use beam::BeamRecord;
 pub(super) use dwell::{check as dwell_check, told as tell_waits};
 pub use judge::check;
@@ -120,6 +123,10 @@ pub struct RecipeHeat {
     pub standing: Option<Standing>,
     /// Where the simulated spot runs nearest to a keyhole, in all layers.
     pub slowest: Option<Slow>,
+    /// Places that are marked again while they are warm, in all layers.
+    pub warm: Option<WarmPlaces>,
+    /// Share of the surface that a fifth more absorbed melts through, or that lies beside marks that bring it near boiling: more is not melted.
+    pub bound: f64,
     /// Whether marks were left out.
     pub cut: bool,
 }
@@ -267,10 +274,14 @@ fn told(
     let plain = &drawings[0].map;
     let mut surface = closed(&melted[0], plain.cells, hatch / settings.cell);
     // what is commanded to be drawn counts where nothing melts, too
-    beside(&mut surface, plain, asked, 0.5 * hatch);
+    beside(&mut surface, plain, (asked, |_| true), 0.5 * hatch);
     let count = |cells: &mut dyn Iterator<Item = bool>| cells.filter(|c| *c).count() as f64;
     let all = count(&mut surface.iter().copied());
     let one = settings.cell * settings.cell;
+    let mut bound = melted[3].clone();
+    let near_boiling = |way: [&BeamPoint; 2]| boiling::vapour(settings, way);
+    beside(&mut bound, plain, (asked, near_boiling), 0.5 * hatch);
+    let bound = count(&mut bound.iter().zip(&surface).map(|(a, b)| *a && *b));
     for (drawing, here) in drawings.iter_mut().zip(&melted) {
         let inside = count(&mut here.iter().zip(&surface).map(|(a, b)| *a && *b));
         drawing.area = count(&mut here.iter().copied()) * one;
@@ -300,6 +311,8 @@ fn told(
             },
             ..s
         }),
+        warm: looked.warm,
+        bound: bound / all.max(1.0),
         drawings,
         cut,
     }

@@ -15,6 +15,7 @@ use meltpath_scan_head::measures::fill_share::FillShare;
 use meltpath_scan_head::measures::stray_light::StrayLight;
 use meltpath_scan_head::search::longest_stray;
 
+use super::defocus;
 use super::friction::{ends, over_the_range, unless_guessed};
 use super::heat::{self, RecipeHeat};
 use super::paced;
@@ -91,6 +92,7 @@ pub(super) fn foretold(plan: &Plan, surveys: &[Survey]) -> Result<Vec<String>, H
     for (k, (recipe, survey)) in plan.settings.recipes.iter().zip(surveys).enumerate() {
         let (number, name) = (k + 1, recipe.name.as_str());
         let paced = [
+            defocus::check(&plan.settings, number, name, survey),
             paced::slowed(number, name, survey),
             paced::too_fast(number, name, survey),
         ];
@@ -138,6 +140,7 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
         let check = contours(&r.errors);
         let check = over_the_range(check, r, |end| Some(contours(&end.errors)));
         checks.push(known(check, r));
+        checks.extend(defocus::check(settings, number, name, r.survey));
         checks.extend(paced::slowed(number, name, r.survey));
         checks.extend(paced::too_fast(number, name, r.survey));
         checks.extend(dark_check(number, name, r.delays, &r.darkness));
@@ -152,7 +155,11 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
             let id = format!("fill-{number}");
             let title = r.fill_title();
             let check = fill_check(plan, r, (&id, &title), limit.0);
-            check.map_or_else(|| nothing_filled(&id, &title), |check| known(check, r))
+            let wide = |check| defocus::unless_wide(check, settings, r.survey);
+            check.map_or_else(
+                || nothing_filled(&id, &title),
+                |check| wide(known(check, r)),
+            )
         }));
     }
     if let Some(heat) = &settings.heat {
@@ -166,18 +173,20 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
                 let ends = over_the_range(check, r, |end| {
                     Some(fused(end.heat.as_ref()?, &Reporter::new()))
                 });
-                known(ends, r)
+                defocus::unless_wide(known(ends, r), settings, r.survey)
             }));
             let name = &r.recipe.name;
             if let Some(melted) = &r.heat {
-                let keyhole = |melted: &RecipeHeat| heat::keyhole_check(k + 1, name, melted);
+                let keyhole = |melted: &RecipeHeat| heat::keyhole_check(heat, k + 1, name, melted);
+                let again = heat::again_check(heat, k + 1, name, melted);
                 let dwell = |melted: &RecipeHeat| heat::dwell_check(k + 1, name, melted);
                 let mut of_ends = r.ends.iter().flatten().filter_map(|end| end.heat.as_ref());
                 let stands = dwell(melted).or_else(|| of_ends.find_map(dwell));
                 let dug = of_light(keyhole(melted), r, |melted| Some(keyhole(melted)));
                 let stands = stands.map(|c| of_light(c, r, dwell));
-                let both = std::iter::once(dug).chain(stands);
-                checks.extend(both.map(|c| paced::unless_slowed(c, r.survey)));
+                let all = std::iter::once(dug).chain(stands).chain(again);
+                let known = all.map(|c| paced::unless_slowed(c, r.survey));
+                checks.extend(known.map(|c| defocus::unless_wide(c, settings, r.survey)));
             }
         }
     } else {

@@ -11,8 +11,8 @@ use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::optics::correction::CorrectionError;
 use meltpath_scan_head::optics::geometry::GeometryError;
 
-use super::friction;
 use super::plan::Plan;
+use super::{defocus, friction};
 use crate::job::lpbf::{DelayChoice, LpbfJob};
 use crate::lpbf::plan::work::{Source, Work};
 use crate::tune::choose::ready_for;
@@ -59,7 +59,8 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
             HeadError::Job(_) | HeadError::Layer(_) => unsound(job, plan, &e),
             _ => refused("", &e),
         })?;
-        if let Some(problem) = too_small(job, plan, survey.extent) {
+        let problem = too_small(job, plan, survey.extent);
+        if let Some(problem) = problem.or_else(|| defocus::refused(job, plan, &survey)) {
             return Err(problem);
         }
         let time = survey.samples as f64 * plan.settings.data.head.period;

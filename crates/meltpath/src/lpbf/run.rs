@@ -29,7 +29,7 @@ use super::judge::{checks, foretold};
 use super::plan::{Plan, plan};
 use super::result::{AtEnd, JUDGED, MODES, Path2d, RecipeResult};
 use super::settings;
-use super::{left_out, motion, optimise, refuse, toolpath_file};
+use super::{left_out, marked_again, motion, optimise, refuse, toolpath_file};
 use crate::job::lpbf::DelayChoice;
 use crate::job::{JobError, LpbfJob, Written};
 use crate::lpbf::plan::file_layers::LEFT_TO_THE_JOB;
@@ -43,8 +43,6 @@ use crate::views;
 const WINDOW: f64 = 4e-3;
 /// Step of the delays that are paired in the table of trade-offs, s.
 const FRONT_STEP: f64 = 40e-6;
-/// Share of marks on others from which on they are told.
-const TWICE: f64 = 0.01;
 /// Share of the way in light from which on that in jumps is told: less is the beginnings and ends of marks.
 const JUMPED: f64 = 0.05;
 /// The largest angles that the mirrors X and Y reach, rad.
@@ -120,6 +118,7 @@ pub fn run(
     for (k, (recipe, (head, survey))) in recipes.iter().zip(heads.iter().zip(&surveys)).enumerate()
     {
         let run = Run {
+            number: k + 1,
             head,
             plan: &plan,
             recipe,
@@ -210,6 +209,7 @@ fn commit(folder: OutputFolder) -> Result<std::path::PathBuf, OutputError> {
 
 /// One recipe to be executed.
 struct Run<'a> {
+    number: usize,
     head: &'a ReadyHead,
     plan: &'a Plan,
     recipe: &'a Recipe,
@@ -275,7 +275,8 @@ impl<'a> Run<'a> {
                 "export curves with longer chords, or mark slower",
             );
         }
-        self.judge_twice();
+        let named = (self.number, self.recipe.name.as_str());
+        marked_again::tell(named, self.survey, self.heat(), self.reporter);
         let (tuned, front) = self
             .tuned()?
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
@@ -319,7 +320,7 @@ impl<'a> Run<'a> {
         self.judge_reach(&reach);
         self.judge_bridges(delays, &darkness, &errors.stray);
         heat::tell_waits(&self.recipe.name, (&first, law), self.reporter);
-        let settings = self.plan.settings.heat.as_ref();
+        let settings = self.heat();
         let hatch = self.apart(looked.as_ref(), hatch);
         let light = self.in_light(record, pace.as_ref());
         let heat = match (settings, looked.as_ref(), light) {
@@ -354,23 +355,27 @@ impl<'a> Run<'a> {
         })
     }
 
+    fn heat(&self) -> Option<&'a heat::HeatSettings> {
+        self.plan.settings.heat.as_ref()
+    }
+
     /// What is looked at where the job asks what melts.
     fn looked(&self) -> Result<Option<Looked>, HeadError> {
-        let heat = self.plan.settings.heat.as_ref();
+        let heat = self.heat();
         let look = |settings| heat::look(settings, &self.plan.work, self.recipe, self.survey);
         heat.map(look).transpose()
     }
 
     /// What keeps the beam of that.
     fn recorded(&self, looked: Option<&Looked>) -> Option<BeamRecord> {
-        let (settings, looked) = (self.plan.settings.heat.as_ref()?, looked?);
+        let (settings, looked) = (self.heat()?, looked?);
         let vectors = [looked.first, looked.last()];
         Some(BeamRecord::new(vectors, settings.marks, settings.spot))
     }
 
     /// What looks at the pace of the spot, where the job asks what melts.
     fn pace(&self) -> Option<LitPace<'a>> {
-        let settings = self.plan.settings.heat.as_ref()?;
+        let settings = self.heat()?;
         Some(LitPace::new(settings, self.recipe.power_law))
     }
 
@@ -457,7 +462,7 @@ impl<'a> Run<'a> {
         as_judged: Option<(&Looked, &RecipeHeat)>,
         hatch: f64,
     ) -> Result<AtEnd, LpbfError> {
-        let settings = self.plan.settings.heat.as_ref();
+        let settings = self.heat();
         let heat = match (settings, as_judged, end.light) {
             (Some(settings), Some((looked, value)), Some(light)) => {
                 let observer = &Quiet(self.observer);
@@ -485,24 +490,6 @@ impl<'a> Run<'a> {
             });
         }
         Ok(darkness)
-    }
-
-    /// Tells marks that are drawn twice: the energy on their way is not that of one.
-    fn judge_twice(&self) {
-        let marked = self.survey.contours + self.survey.fills;
-        let share = self.survey.twice / marked.max(f64::MIN_POSITIVE);
-        if share <= TWICE {
-            return;
-        }
-        self.reporter.warn(
-            "marked-twice",
-            format!(
-                "{}: {:.0} % of the length of all marks lie on another mark of their layer, from end to end: there the energy is twice that of one, and nothing of it is judged",
-                self.recipe.name,
-                100.0 * share
-            ),
-            "where that is not meant, export each line once",
-        );
     }
 
     /// Tells delays that keep the light on between marks.

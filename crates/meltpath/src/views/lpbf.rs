@@ -19,6 +19,7 @@ use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
+use crate::lpbf::defocus::in_focus;
 use crate::lpbf::friction;
 use crate::lpbf::left_out;
 use crate::lpbf::paced;
@@ -143,7 +144,7 @@ pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
         }
         let told = plan.settings.job.checks.fill_rate.is_none();
         // of a surface that is not known nothing is told
-        let told = told && plan.enclosed.doubt.is_none();
+        let told = told && plan.enclosed.doubt.is_none() && in_focus(&plan.settings, r.survey);
         if let Some(fill) = r.fill(JUDGED).filter(|_| told) {
             let rate = strays::rate(plan, r, &fill);
             facts.push(Fact::new(

@@ -3,7 +3,7 @@
 mod corner;
 
 use meltpath_base::Provenance;
-use meltpath_base::number::with_uncertainty;
+use meltpath_base::number::{significant, with_uncertainty};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_report::html::{Report, Section};
@@ -150,11 +150,16 @@ pub fn lines(found: &Found) -> Vec<String> {
     let beads = found.beads.iter().enumerate();
     let mut lines: Vec<String> = beads
         .map(|(k, b)| {
-            let [w, h, a] = [b.width, b.height, b.area].map(|[v, s]| with_uncertainty(v, s));
+            let width = with_uncertainty(b.width[0], b.width_sigma);
+            let [h, a] = [b.height, b.area].map(|[v, _]| significant(v, 4));
+            let [dw, dh, da] = [b.width, b.height, b.area].map(|[_, s]| significant(s, 2));
             let kept = b.kept(0.0).map_or_else(String::new, |kept| {
                 format!(", {:.0} % of the wire fed", 100.0 * kept[0])
             });
-            format!("bead {}: {w} mm wide, {h} mm high, {a} mm²{kept}", k + 1)
+            format!(
+                "bead {}: {width} mm wide, {h} mm high, {a} mm²{kept}; along it they scatter by {dw} mm, {dh} mm, {da} mm²",
+                k + 1
+            )
         })
         .collect();
     if found.map.is_some() {

@@ -4,6 +4,7 @@ mod data_sheet;
 mod filled;
 mod friction;
 mod heat;
+mod marked_again;
 mod options;
 mod paced;
 mod promised;

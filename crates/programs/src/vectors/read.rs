@@ -12,6 +12,8 @@ use super::words::{COLUMNS, KINDS, START};
 const FASTEST: f64 = 1e6;
 /// Strongest laser, W.
 const STRONGEST: f64 = 1e6;
+/// Places nearer to each other, mm, are the same.
+const SAME: f64 = 1e-9;
 /// Longest wait, s.
 const LONGEST: f64 = 3600.0;
 
@@ -139,6 +141,12 @@ struct Row {
 }
 
 impl Row {
+    /// Whether it gives a power and does not mark.
+    fn is_unlit_power(&self) -> bool {
+        let [_, (_, power), _] = self.values;
+        !self.role.is_some_and(Role::deposits) && power.is_some_and(|power| power > 0.0)
+    }
+
     /// Whether it is a mark without length from here, on which the light does not wait.
     fn is_nothing(&self, from: DVec3) -> bool {
         let marks = self.role.is_some_and(Role::deposits);
@@ -168,6 +176,16 @@ pub struct Reader<R> {
     seen: BTreeSet<u32>,
     number: u32,
     passes: u32,
+    unlit: UnlitPower,
+}
+
+/// Powers above zero of vectors that do not mark: the laser is off on them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct UnlitPower {
+    /// The first line with one; 0 where there is none.
+    pub line: usize,
+    /// How many lines have one.
+    pub lines: usize,
 }
 
 /// Lines without comments, those with something in them.
@@ -236,6 +254,7 @@ impl<R: BufRead> Reader<R> {
             seen: BTreeSet::new(),
             number: 1,
             passes: 0,
+            unlit: UnlitPower::default(),
         };
         reader.ahead = reader.row()?;
         if reader.ahead.is_none() {
@@ -251,7 +270,19 @@ impl<R: BufRead> Reader<R> {
             return Ok(None);
         }
         let row = row(&self.heading, &self.lines.text, self.lines.line);
-        row.map(Some).map_err(|what| self.lines.wrong(&what))
+        let row = row.map_err(|what| self.lines.wrong(&what))?;
+        if row.is_unlit_power() {
+            self.unlit.lines += 1;
+            if self.unlit.line == 0 {
+                self.unlit.line = row.line;
+            }
+        }
+        Ok(Some(row))
+    }
+
+    /// Powers of vectors that do not mark, as far as the list is read.
+    pub fn unlit_power(&self) -> UnlitPower {
+        self.unlit
     }
 
     /// The layer that begins with `first`.
@@ -324,6 +355,21 @@ impl<R: BufRead> Iterator for Reader<R> {
         let first = self.ahead.take()?;
         Some(self.layer(&first))
     }
+}
+
+/// The line of a vector list, from 1, whose vector of a layer ends at a place, mm; `None` where there is none.
+pub fn line_of<R: BufRead>(from: R, layer: u32, end: DVec3) -> Option<usize> {
+    let mut reader = Reader::new(from).ok()?;
+    let mut number = reader.number;
+    let mut row = reader.ahead.take();
+    while let Some(here) = row {
+        number = here.layer.unwrap_or(number);
+        if number == layer && here.end.distance(end) < SAME {
+            return Some(here.line);
+        }
+        row = reader.row().ok()?;
+    }
+    None
 }
 
 /// Appends a vector to a pass.

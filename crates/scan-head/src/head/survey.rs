@@ -1,19 +1,18 @@
 //! What a job asks of a head, found layer by layer before anything moves.
 
 mod pace;
-mod twice;
 
 use crate::head::error::HeadError;
 use crate::head::prepared::Layers;
 use crate::head::ready::ReadyHead;
 use crate::head::vector::ScanJob;
 use crate::measures::hatch::HatchDistance;
+use crate::measures::marks_again::{Again, DrawnMark, MarksAgain};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_toolpath::Role;
 
 use pace::{Mark, too_fast, too_slow};
 pub use pace::{OffPace, Paces};
-use twice::Drawn;
 
 /// A layer in figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +25,15 @@ pub struct LayerFigures {
     pub vectors: u32,
     /// Length of its marks, mm.
     pub marked: f64,
+}
+
+/// A mark whose focus is commanded over or below the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Raised {
+    /// Number of its layer.
+    pub layer: u32,
+    /// The end of it that lies farther from the plane: x, y and the height of the focus, mm.
+    pub at: DVec3,
 }
 
 /// What a job asks of a head.
@@ -41,8 +49,10 @@ pub struct Survey {
     pub contours: f64,
     /// Length of all lines of fills, mm.
     pub fills: f64,
-    /// Length of marks that lie on another one of their layer, from end to end, mm.
-    pub twice: f64,
+    /// Marks that lie on others of their layer.
+    pub again: Again,
+    /// The mark whose focus is commanded farthest from the plane.
+    pub raised: Option<Raised>,
     /// Marks that are shorter than a sample at their speed: each takes a whole one.
     pub short: u64,
     /// By how much they lengthen the job, s.
@@ -69,7 +79,8 @@ impl ReadyHead {
             samples: 1,
             contours: 0.0,
             fills: 0.0,
-            twice: 0.0,
+            again: Again::default(),
+            raised: None,
             short: 0,
             lost: 0.0,
             paces: Paces::default(),
@@ -80,8 +91,10 @@ impl ReadyHead {
         for layer in self.checked(layers) {
             let layer = layer?;
             let job = &layer.job;
-            let (mut marked, mut drawn) = (0.0, Drawn::default());
+            let mut marked = 0.0;
+            let mut drawn = MarksAgain::new(2.0 * self.head.beam.waist);
             for (i, v) in job.vectors.iter().enumerate() {
+                let begin = found.samples as f64 * period;
                 let (moving, waiting) = job.samples_of(i, period);
                 found.samples = found.samples.saturating_add(moving).saturating_add(waiting);
                 let length = job.length_of(i);
@@ -91,16 +104,28 @@ impl ReadyHead {
                     _ => continue,
                 }
                 marked += length;
-                let flat = [job.start_of(i), v.end].map(DVec3::truncate);
-                if drawn.again(flat) {
-                    found.twice += length;
+                let ends = [job.start_of(i), v.end];
+                let flat = ends.map(DVec3::truncate);
+                let speed = v.speed.min(length / (moving.max(1) as f64 * period));
+                let mark = DrawnMark {
+                    ends: flat,
+                    begin,
+                    speed,
+                    power: v.power,
+                };
+                drawn.take(mark, |place| found.again.count(layer.number, length, place));
+                for at in ends.into_iter().filter(|p| p.z != 0.0) {
+                    if found.raised.is_none_or(|r| at.z.abs() > r.at.z.abs()) {
+                        let layer = layer.number;
+                        found.raised = Some(Raised { layer, at });
+                    }
                 }
                 for end in flat {
                     around = [around[0].min(end), around[1].max(end)];
                 }
                 let mark = Mark {
                     layer: layer.number,
-                    ends: [job.start_of(i), v.end],
+                    ends,
                     length,
                     speed: v.speed,
                 };

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 
 use meltpath_base::Status;
 use meltpath_scan_head::head::vector::ScanJob;
+use meltpath_thermal::beam::BeamPoint;
+use meltpath_thermal::material::medium::Medium;
 use meltpath_thermal::pool::fusion::boiling_number;
 use meltpath_thermal::pool::keyhole::{Beyond, FULL_KEYHOLE, Keyhole, Laser, Mode, keyhole};
 use meltpath_toolpath::Role;
@@ -33,12 +35,27 @@ impl Boiling {
     pub(super) fn of(
         settings: &HeatSettings,
         kind: Role,
+        strength: [f64; 2],
+        end: ([f64; 2], Option<u32>),
+    ) -> Option<Boiling> {
+        Boiling::on_bed(settings, settings.medium.ambient, kind, strength, end)
+    }
+
+    /// The same on a bed of another temperature, K.
+    pub(super) fn on_bed(
+        settings: &HeatSettings,
+        ambient: f64,
+        kind: Role,
         [power, speed]: [f64; 2],
         (end, layer): ([f64; 2], Option<u32>),
     ) -> Option<Boiling> {
-        let (material, medium) = (&settings.material, &settings.medium);
+        let material = &settings.material;
+        let medium = Medium {
+            ambient,
+            ..settings.medium
+        };
         let absorbed = settings.absorptivity * power;
-        let number = boiling_number(material, medium, absorbed, speed, settings.spot)?;
+        let number = boiling_number(material, &medium, absorbed, speed, settings.spot)?;
         let laser = Laser {
             power,
             speed,
@@ -48,7 +65,7 @@ impl Boiling {
         Some(Boiling {
             kind,
             number,
-            keyhole: keyhole(material, medium.ambient, laser),
+            keyhole: keyhole(material, ambient, laser),
             end,
             layer,
         })
@@ -74,6 +91,16 @@ pub(super) fn status(boiling: &Boiling) -> Status {
         Err(_) if boiling.number <= BOILING[0] => Status::Pass,
         Err(_) => Status::Warn,
     }
+}
+
+/// Whether a way drawn with light brings the surface near boiling, so that vapour deepens its pool.
+pub(super) fn vapour(settings: &HeatSettings, [from, to]: [&BeamPoint; 2]) -> bool {
+    let speed = (to.x - from.x).hypot(to.y - from.y) / (to.time - from.time);
+    let strength = [from.power, speed];
+    // a beam that stands is judged by itself
+    let moves = speed > 0.0 && speed.is_finite();
+    let boiling = moves.then(|| Boiling::of(settings, Role::Fill, strength, ([0.0; 2], None)));
+    boiling.flatten().is_some_and(|b| b.number > BOILING[0])
 }
 
 /// The hottest marks of some layers, by both laws.

@@ -49,8 +49,11 @@ pub fn check(
             "raise heat.marks; a metre takes some ten seconds",
         );
     }
+    // vapour excuses what it may have melted, and nothing else
+    let excused = heat.bound >= settings.share;
     let worst = vapour(&heat.own);
     let worst = worst.as_ref();
+    let excuse = worst.filter(|_| excused);
     let [asked, marked, less, more] = &heat.drawings;
     let id = format!("fusion-{number}");
     let choice = &heat.choice;
@@ -58,11 +61,12 @@ pub fn check(
     if asked.area == 0.0 {
         let title = format!("{recipe}: melted through {depth:.0} µm");
         let reason = "the commanded path itself melts through nowhere";
-        let check = match worst {
-            Some(worst) => unsaid(Check::not_checked(&id, &title, reason), worst),
+        let none = Check::not_checked(&id, &title, reason);
+        let check = match excuse {
+            Some(worst) => unsaid(none, worst),
             None => Check {
                 status: Status::Fail,
-                ..Check::not_checked(&id, &title, reason)
+                ..unless_vapour(none, worst, heat)
             },
         };
         let check = among(check, choice).remedy("more power, slower marks or thinner layers");
@@ -86,7 +90,8 @@ pub fn check(
     )
     .remedy(remedy);
     let check = match (worst, check.status) {
-        (Some(worst), Status::Fail | Status::Warn) => unsaid(check, worst),
+        (Some(worst), Status::Fail | Status::Warn) if excused => unsaid(check, worst),
+        (_, Status::Fail) => unless_vapour(check, worst, heat),
         (_, Status::Pass | Status::Warn) if heat.cut => Check {
             status: Status::CannotSay,
             ..check
@@ -157,6 +162,17 @@ fn unsaid(check: Check, worst: &Boiling) -> Check {
     .because(&format!(
         "by conduction alone, a lower bound here: vapour deepens these pools; {}",
         dug(worst)
+    ))
+}
+
+/// The check that fails though vapour deepens some of the pools: those are too few.
+fn unless_vapour(check: Check, worst: Option<&Boiling>, heat: &RecipeHeat) -> Check {
+    if worst.is_none() {
+        return check;
+    }
+    check.because(&format!(
+        "vapour deepens some of the pools: were all melted beside the marks that bring it, it would be {:.0} %",
+        100.0 * heat.bound
     ))
 }
 

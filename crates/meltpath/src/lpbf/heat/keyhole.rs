@@ -5,9 +5,11 @@ use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_thermal::pool::keyhole::{FULL_KEYHOLE, Mode};
 
 use super::RecipeHeat;
+use super::again::on_warm;
 use super::boiling::{Boiling, by_law, status};
 use super::judge::dug;
 use super::pace::Slow;
+use super::settings::HeatSettings;
 
 const REMEDY: &str = "less power, faster marks, a wider spot or a colder bed; or look for pores in sections of your own builds";
 
@@ -15,7 +17,12 @@ const AT_SPEED: &str = "light on a spot that runs at its speed: a run up to the 
 
 /// How far the marks of a recipe are from keyholes: passes where all conduct or vapour only presses on the melt, where that was
 /// measured; else it is to be looked at, and where a full keyhole lies outside of what was measured nothing can be said.
-pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> Check {
+pub(in crate::lpbf) fn check(
+    settings: &HeatSettings,
+    number: usize,
+    recipe: &str,
+    heat: &RecipeHeat,
+) -> Check {
     let id = format!("keyhole-{number}");
     let title = format!("{recipe}: keyhole number");
     let rank = |b: &&Boiling| (status(b), by_law(b));
@@ -43,9 +50,13 @@ pub(in crate::lpbf) fn check(number: usize, recipe: &str, heat: &RecipeHeat) -> 
         ..Place::at([x, y, 0.0])
     };
     let check = check.at(place).remedy(REMEDY);
-    match heat.slowest.as_ref().filter(|slow| slow.is_off()) {
+    let check = match heat.slowest.as_ref().filter(|slow| slow.is_off()) {
         Some(slow) if by_law(&slow.boiling) > by_law(worst) => as_run(check, slow),
         _ => check,
+    };
+    match &heat.warm {
+        Some(warm) => on_warm(check, settings, &warm.hottest),
+        None => check,
     }
 }
 

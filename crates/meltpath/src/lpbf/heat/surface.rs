@@ -2,7 +2,7 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::raster::Grid;
-use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::pool::fusion::FusionMap;
 
 use super::beam::lit;
@@ -26,15 +26,20 @@ pub(super) fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bo
     (0..ny).flat_map(|j| &room[inside(j)]).copied().collect()
 }
 
-/// Marks the cells that lie within `reach` mm of a way drawn with light, and not beyond its ends.
-pub(super) fn beside(cells: &mut [bool], map: &FusionMap, path: &BeamPath, reach: f64) {
+/// Marks the cells that lie within `reach` mm of a way drawn with light that counts, and not beyond its ends.
+pub(super) fn beside(
+    cells: &mut [bool],
+    map: &FusionMap,
+    (path, counts): (&BeamPath, impl Fn([&BeamPoint; 2]) -> bool),
+    reach: f64,
+) {
     let grid = Grid {
         origin: DVec2::from_array(map.origin) + 0.5 * map.cell,
         cell: map.cell,
         nx: map.cells[0],
         ny: map.cells[1],
     };
-    for [from, to] in lit(path) {
+    for [from, to] in lit(path).filter(|way| counts(*way)) {
         let [from, to] = [from, to].map(|p| DVec2::new(p.x, p.y));
         let way = to - from;
         for (iy, row) in grid.rows_beside(from, to, reach) {

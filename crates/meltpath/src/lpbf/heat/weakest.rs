@@ -11,6 +11,7 @@ use meltpath_scan_head::head::vector::{ScanJob, ScanJobError};
 use meltpath_scan_head::measures::hatch::HatchDistance;
 use meltpath_toolpath::Role;
 
+use super::again::{WarmPlaces, Warmest};
 use super::boiling::{Boiling, Hottest, hottest};
 use super::settings::HeatSettings;
 use super::standing::{Standing, longest};
@@ -59,6 +60,8 @@ pub(in crate::lpbf) struct Looked {
     pub(super) all: Vec<Boiling>,
     /// Where the lit beam stands and heats the most, in all layers.
     pub(super) standing: Option<Standing>,
+    /// Places that are marked again, in all layers.
+    pub(super) warm: Option<WarmPlaces>,
 }
 
 impl Looked {
@@ -82,7 +85,10 @@ pub(in crate::lpbf) fn look(
     let depth = |layer: u32| settings.depth_of(layer);
     let one = |job: ScanJob, layer: Option<u32>, of: usize| {
         let own = hottest(settings, (&job, layer));
+        let mut warm = Warmest::new(settings);
+        warm.take(&job, layer);
         Looked {
+            warm: warm.found,
             first: 0,
             spacing: HatchDistance::of(&job),
             choice: Choice {
@@ -107,12 +113,14 @@ pub(in crate::lpbf) fn look(
         return Ok(one(survey.first.clone(), number, survey.layers.len()));
     }
     let (mut all, mut standing) = (Hottest::new(settings), None::<Standing>);
+    let mut warm = Warmest::new(settings);
     let mut kinds: Vec<Kind> = Vec::new();
     let mut count = 0;
     for layer in work.layers(recipe)? {
         let layer = layer?;
         count += 1;
         all.take(&layer.job, Some(layer.number));
+        warm.take(&layer.job, Some(layer.number));
         let here = longest(settings, (&layer.job, Some(layer.number)), law);
         standing = standing.into_iter().chain(here).max_by(Standing::hotter);
         let marks = Marks::of(&layer, depth(layer.number));
@@ -138,6 +146,7 @@ pub(in crate::lpbf) fn look(
         },
         all: all.found,
         standing,
+        warm: warm.found,
         ..looked
     })
 }

@@ -150,6 +150,36 @@ impl Cells {
         Some((cell, (depth - 0.5) * self.edge))
     }
 
+    /// Of cells that hang together, by edges or corners, those that reach farthest: the one in their middle, and how far they reach, mm; `None`
+    /// where there is none.
+    pub(super) fn longest(&self, these: &[bool]) -> Option<(usize, f64)> {
+        let [columns, rows] = self.size;
+        let mut left = these.to_vec();
+        let mut found: Option<(usize, f64)> = None;
+        for first in 0..left.len() {
+            if !std::mem::take(&mut left[first]) {
+                continue;
+            }
+            let mut together = vec![first];
+            let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            let mut next = 0;
+            while let Some(&cell) = together.get(next) {
+                next += 1;
+                let [x, y] = [cell % columns, cell / columns];
+                (low, high) = (low.min(self.middle(cell)), high.max(self.middle(cell)));
+                let beside = (y.saturating_sub(1)..(y + 2).min(rows))
+                    .flat_map(|y| (x.saturating_sub(1)..(x + 2).min(columns)).map(move |x| [x, y]));
+                let open = beside.map(|[x, y]| y * columns + x);
+                together.extend(open.filter(|c| std::mem::take(&mut left[*c])));
+            }
+            let length = low.distance(high) + self.edge;
+            if found.is_none_or(|f| length > f.1) {
+                found = Some((together[together.len() / 2], length));
+            }
+        }
+        found
+    }
+
     /// Areas of cells that hang together.
     pub(super) fn areas(&self, enclosed: &[bool]) -> Vec<Vec<usize>> {
         let [columns, rows] = self.size;

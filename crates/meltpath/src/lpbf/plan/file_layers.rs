@@ -11,6 +11,7 @@ use meltpath_base::number::significant;
 use meltpath_base::{Place, Reporter};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_programs::toolpath_3mf::{Found, Kind};
+use meltpath_programs::vectors::UnlitPower;
 use meltpath_programs::{cli, toolpath_3mf, vectors};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::Planned;
@@ -46,8 +47,32 @@ pub(in crate::lpbf) const LEFT_TO_THE_JOB: &str =
 
 type Read = Box<dyn Iterator<Item = Result<Layer, String>> + Send>;
 
+/// What is not followed of a file.
+enum NotFollowed {
+    /// Of a 3MF toolpath.
+    Toolpath(Found),
+    /// Powers of vectors on which the laser is off.
+    Unlit(UnlitPower),
+}
+
+/// The layers of a vector list; what is not followed of them goes on.
+struct List(vectors::Reader<BufReader<File>>, Sender<NotFollowed>);
+
+impl Iterator for List {
+    type Item = Result<Layer, String>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let layer = self.0.next();
+        if layer.is_none() {
+            // who does not listen has heard it before
+            let _ = self.1.send(NotFollowed::Unlit(self.0.unlit_power()));
+        }
+        Some(layer?.map_err(|e| e.to_string()))
+    }
+}
+
 /// The layers of a 3MF toolpath; what is not followed of them goes on.
-struct Told(toolpath_3mf::Reader<BufReader<File>>, Sender<Found>);
+struct Told(toolpath_3mf::Reader<BufReader<File>>, Sender<NotFollowed>);
 
 impl Iterator for Told {
     type Item = Result<Layer, String>;
@@ -56,14 +81,14 @@ impl Iterator for Told {
         let layer = self.0.next()?;
         for found in self.0.found() {
             // who does not listen has heard it before
-            let _ = self.1.send(found);
+            let _ = self.1.send(NotFollowed::Toolpath(found));
         }
         Some(layer.map_err(|e| e.to_string()))
     }
 }
 
 /// The layers of a file, one after the other; what is wrong in words. What is not followed of them is `told`.
-fn layers(path: &Path, told: Sender<Found>) -> Result<Read, String> {
+fn layers(path: &Path, told: Sender<NotFollowed>) -> Result<Read, String> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
@@ -77,7 +102,7 @@ fn layers(path: &Path, told: Sender<Found>) -> Result<Read, String> {
         }
         "csv" => {
             let layers = vectors::Reader::new(from).map_err(|e| e.to_string())?;
-            Ok(Box::new(layers.map(|l| l.map_err(|e| e.to_string()))))
+            Ok(Box::new(List(layers, told)))
         }
         "3mf" => {
             let layers = toolpath_3mf::Reader::new(from).map_err(|e| e.to_string())?;
@@ -130,7 +155,38 @@ impl Heights {
     }
 }
 
+/// Tells powers of vectors on which the laser is off.
+fn tell_unlit(unlit: UnlitPower, shown: &str, reporter: &Reporter) {
+    let UnlitPower { line, lines } = unlit;
+    if lines == 0 {
+        return;
+    }
+    let place = Place {
+        file: Some(shown.to_owned()),
+        line: u32::try_from(line).ok(),
+        ..Place::default()
+    };
+    reporter.warn_at(
+        "power-without-light",
+        format!(
+            "power_W of {lines} vectors that do not mark, the first on line {line}, is passed over: on a jump, a connection or a run the laser is off"
+        ),
+        place,
+        "leave power_W blank there; where the laser is to be on, write a contour or a fill",
+    );
+}
+
 impl FileLayers {
+    /// The line of a vector list whose vector of a layer ends at a place of the field, mm; `None` in other files.
+    pub(in crate::lpbf) fn line_of(&self, layer: u32, at: DVec3) -> Option<usize> {
+        let extension = self.path.extension()?.to_string_lossy().to_lowercase();
+        if extension != "csv" {
+            return None;
+        }
+        let from = BufReader::new(File::open(&self.path).ok()?);
+        vectors::line_of(from, layer, at + self.origin)
+    }
+
     /// Looks through a layer file (`.cli`), vector list (`.csv`) or planar 3MF toolpath (`.3mf`) and chooses its layers. What is wrong comes back
     /// in words; what is not followed is a warning.
     ///
@@ -178,6 +234,13 @@ impl FileLayers {
         }
         let mut not_followed = Vec::new();
         for found in told {
+            let found = match found {
+                NotFollowed::Toolpath(found) => found,
+                NotFollowed::Unlit(unlit) => {
+                    tell_unlit(unlit, shown, reporter);
+                    continue;
+                }
+            };
             let said = format!("profile {}: {}", found.profile, found.what);
             let place = Place {
                 file: Some(format!("{shown}: {}", found.part)),

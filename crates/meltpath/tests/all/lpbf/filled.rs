@@ -113,3 +113,32 @@ fn what_strays_far_or_by_a_guess_is_not_promised() {
     let silent = strayed("", limit);
     assert_eq!(check(&silent, "fill-1").status, Status::CannotSay);
 }
+
+/// Four neighbouring lines that a file lost over all of its width are a small share of a large layer: the strip is told, and how wide it is.
+#[test]
+fn a_strip_of_lost_lines_is_told() {
+    let dir = folder();
+    let lines: Vec<f64> = (1..400).map(|k| 0.1 * f64::from(k)).collect();
+    let told = |lost: std::ops::Range<usize>| {
+        let mut kept = lines.clone();
+        kept.drain(lost);
+        let text = square(&kept)
+            .replace("0,0,3,0,3,3,0,3,0,0", "0,0,10,0,10,40,0,40,0,0")
+            .replace(",0.02,", ",0.1,")
+            .replace(",2.98,", ",9.9,");
+        write(dir.path(), "a.cli", text);
+        verdict(dir.path(), &job("a.cli", ""))
+    };
+    let all = told(0..0);
+    assert!(all.checks.iter().all(|c| c.id != "bare-strip"), "{all:?}");
+    assert_eq!(check(&all, "bare-spot").value.as_ref().unwrap().value, 0.0);
+    let lost = told(200..204);
+    assert_eq!(check(&lost, "enclosed").status, Status::Pass);
+    let strip = check(&lost, "bare-strip");
+    assert_eq!(strip.status, Status::CannotSay);
+    let length = strip.value.as_ref().unwrap().value;
+    assert!((9.5..=10.0).contains(&length), "{strip:?}");
+    says(&strip.reason, &["0.21 mm wide from mark to mark"]);
+    let width = check(&lost, "bare-spot").value.as_ref().unwrap().value;
+    assert!((0.4..0.55).contains(&width), "{width}");
+}
