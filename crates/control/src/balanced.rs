@@ -200,10 +200,8 @@ pub fn reduce(
 ) -> Result<(StateSpace, f64), SystemError> {
     // a pole within rounding of the boundary counts as kept
     let margin = 1e-9;
-    // a pole at zero is found as near to it as the greatest is rounded
-    let rounding = f64::EPSILON * system.order() as f64 * system.balanced_scaling().a.norm();
     let (stable, kept) = split(system, |p| match system.domain {
-        Domain::Continuous => p.re < -(margin * p.norm()).max(rounding),
+        Domain::Continuous => p.re < -margin * p.norm().max(margin),
         Domain::Sampled { .. } => p.norm() < 1.0 - margin,
     })?;
     if kept.order() > order {

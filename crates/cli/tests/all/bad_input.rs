@@ -301,8 +301,9 @@ fn help_and_version_are_no_errors() {
     let unknown = meltpath(&["schema", "wires"], dir.path());
     assert_eq!(unknown.status.code(), Some(2));
     assert!(
-        said(&unknown)
-            .contains("known are job, tune, measurements, walls, scan, records, motion-log, mapping, wire"),
+        said(&unknown).contains(
+            "known are job, tune, measurements, walls, scan, records, motion-log, mapping, wire"
+        ),
         "{}",
         said(&unknown)
     );

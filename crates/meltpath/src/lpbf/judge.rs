@@ -178,7 +178,7 @@ pub(super) fn checks(plan: &Plan, results: &[RecipeResult<'_>], reporter: &Repor
             let name = &r.recipe.name;
             if let Some(melted) = &r.heat {
                 let keyhole = |melted: &RecipeHeat| heat::keyhole_check(heat, k + 1, name, melted);
-                let again = heat::again_check(heat, k + 1, name, melted);
+                let again = heat::again_check(heat, k + 1, name, melted.warm.as_ref());
                 let dwell = |melted: &RecipeHeat| heat::dwell_check(k + 1, name, melted);
                 let mut of_ends = r.ends.iter().flatten().filter_map(|end| end.heat.as_ref());
                 let stands = dwell(melted).or_else(|| of_ends.find_map(dwell));

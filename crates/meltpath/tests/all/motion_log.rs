@@ -314,7 +314,10 @@ fn a_log_by_joints_goes_through_the_robots_chain() {
 /// A corner model counts at the speeds at which it was identified: beads of 12.5 mm/s are one of them, or not.
 #[test]
 fn beads_at_speeds_that_were_not_logged_are_not_decided_about() {
-    for (speeds, open) in [("10 mm/s\", \"15 mm/s", false), ("20 mm/s\", \"30 mm/s", true)] {
+    for (speeds, open) in [
+        ("10 mm/s\", \"15 mm/s", false),
+        ("20 mm/s\", \"30 mm/s", true),
+    ] {
         let dir = tempfile::tempdir().unwrap();
         let shipped = meltpath_data::cells::ARCMATE_120IC.text;
         let cell = shipped.replacen("[motion]", &format!("[motion]\nspeeds = [\"{speeds}\"]"), 1);
@@ -324,6 +327,10 @@ fn beads_at_speeds_that_were_not_logged_are_not_decided_about() {
         let verdict = meltpath::waam::run(&job, runs, &Silent).unwrap().verdict;
         let lack = check(&verdict, "lack");
         let told = lack.reason.contains("motion.speeds");
-        assert_eq!((told, lack.status == Status::CannotSay), (open, open), "{lack:?}");
+        assert_eq!(
+            (told, lack.status == Status::CannotSay),
+            (open, open),
+            "{lack:?}"
+        );
     }
 }

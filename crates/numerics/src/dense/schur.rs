@@ -234,10 +234,12 @@ fn hessenberg(a: &mut Matrix, mut vectors: Option<&mut Matrix>) {
     }
 }
 
+/// Sweeps after which an eigenvalue is no usual one: most take two to four.
+const PATIENCE: usize = 20;
+
 /// Francis' iteration on an upper Hessenberg matrix, down to quasi-triangular form.
 fn francis(h: &mut Matrix, mut vectors: Option<&mut Matrix>) -> Result<(), DenseError> {
     const SWEEPS_PER_EIGENVALUE: usize = 60;
-    const PATIENCE: usize = 20;
     let n = h.rows();
     let norm = h.norm();
     let mut end = n;
@@ -279,7 +281,29 @@ fn francis(h: &mut Matrix, mut vectors: Option<&mut Matrix>) -> Result<(), Dense
     Ok(())
 }
 
-/// Two shifts: a complex pair, or one that is real, twice. What is taken off them is small where eigenvalues lie upon each other, so that neither their sum nor
+/// The first column of H² − sum·H + product, divided by h21, with both eigenvalues of the last two rows for shifts.
+fn usual(h: &Matrix, start: usize, end: usize, count: usize) -> [f64; 3] {
+    let last = end - 1;
+    let (sum, product) = if count.is_multiple_of(10) {
+        // an exceptional shift breaks the rare cycles of the ordinary one
+        let s = h[(last, last - 1)].abs() + h[(last - 1, last - 2)].abs();
+        let x = 0.75 * s + h[(last, last)];
+        (2.0 * x, x * x + 0.4375 * s * s)
+    } else {
+        (
+            h[(last - 1, last - 1)] + h[(last, last)],
+            h[(last - 1, last - 1)] * h[(last, last)] - h[(last - 1, last)] * h[(last, last - 1)],
+        )
+    };
+    let h21 = h[(start + 1, start)];
+    [
+        (h[(start, start)] * (h[(start, start)] - sum) + product) / h21 + h[(start, start + 1)],
+        h[(start, start)] + h[(start + 1, start + 1)] - sum,
+        h[(start + 2, start + 1)],
+    ]
+}
+
+/// Two shifts for eigenvalues that do not settle: a complex pair, or one that is real, twice. What is taken off them is small where eigenvalues lie upon each other, so that neither their sum nor
 /// their product is ever formed.
 struct Shifts {
     real: f64,
@@ -366,7 +390,11 @@ fn sweep(h: &mut Matrix, mut vectors: Option<&mut Matrix>, start: usize, end: us
     } else {
         (start, end)
     };
-    let (begin, mut bulge) = Shifts::of(h, start, end, count).begin(h, start, last);
+    let (begin, mut bulge) = if count > PATIENCE {
+        Shifts::of(h, start, end, count).begin(h, start, last)
+    } else {
+        (start, usual(h, start, end, count))
+    };
     for k in begin..last {
         let rows = (end - k).min(3);
         if k > begin {

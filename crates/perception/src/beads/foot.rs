@@ -10,8 +10,8 @@ const FLANK: f64 = 0.6;
 const MEANS: usize = 10;
 /// Points nearer to each other than this share of their distance from the middle are at one place: those of a scanner's row along the bead.
 const PLACE: f64 = 0.01;
-/// Least places through which a flank is bent freely; through fewer it is bent so that it meets the top.
-const BENT: usize = 4;
+/// Least places through which a flank is bent; through fewer it is straight.
+const BENT: usize = 6;
 /// Least places of a straight flank; of two the scatter of their points tells the noise.
 const STRAIGHT: usize = 2;
 /// A flank is bent where its places span this share of the bead's height or more.
@@ -21,19 +21,8 @@ const LEAST_SPAN: f64 = 0.1;
 /// How much a straight flank may be bent, as the factor of the square of its height in shares of the bead's: an ellipse is bent by -1, a triangle
 /// by 1, a parabola not at all. A standard uncertainty.
 const BEND: f64 = 0.5;
-/// How much a flank that meets the top may be bent, as [`BEND`]: what a triangle and an ellipse are bent by, and a little more for noise.
-const BENDS: std::ops::RangeInclusive<f64> = -1.3..=1.6;
-/// Share of the foot's distance by which a flank that meets the top is off where its form is another, a standard uncertainty: a flat top (1 - u⁴)
-/// is off by 0.026.
-const FORM: f64 = 0.015;
-/// A place no higher than this share of what may be the plate's is on the plate.
-const ON_PLATE: f64 = 0.25;
-/// A law so many standard uncertainties beyond the rows between which the foot lies tells nothing.
-const BEYOND: f64 = 3.0;
 /// Places so many times the usual distance off the flank are left out of it.
 const STRAY: f64 = 3.5;
-/// Steps in which a distribution is summed.
-const STEPS: u32 = 64;
 /// Rounds in which they are.
 const ROUNDS: usize = 3;
 /// How much nearer or farther than its outermost place a flank may end, share of that: else it tells nothing.
@@ -54,22 +43,10 @@ pub(super) struct Foot {
     pub(super) common: f64,
 }
 
-impl Foot {
-    /// Standard uncertainty of both kinds, mm.
-    fn sigma(&self) -> f64 {
-        self.scatter.hypot(self.common)
-    }
-
-    fn is_known(&self) -> bool {
-        self.out.is_finite() && self.sigma().is_finite()
-    }
-}
-
 /// The foot of a flank `height` mm high: its points outwards from the middle of the section and up from the plate, mm, by their distance.
 /// Points up to `near` mm high may be the plate's. `None` without points.
 ///
 /// The square of the distance as a quadratic of the height is exact for parabolas, ellipses, circles and triangles, at any angle to the plate.
-/// No flank ends beyond the first place that is seen on the plate.
 pub(super) fn foot(points: &[DVec2], near: f64, height: f64) -> Option<Foot> {
     let places = places(points, near, height)?;
     let plate = |m: &Mean| m.at.y <= near;
@@ -84,61 +61,7 @@ pub(super) fn foot(points: &[DVec2], near: f64, height: f64) -> Option<Foot> {
     let outermost = flank.last().map_or(0.0, |p| p.at.x);
     let credible = |f: &Foot| CREDIBLE.contains(&(f.out / outermost));
     let carried = carried(&flank, height).filter(credible);
-    let rows = rows(&places, end, (near, height));
-    let carried = carried.and_then(|law| match rows {
-        Some(rows) => within(law, rows),
-        None => Some(law),
-    });
-    carried.or_else(|| between(&places, end, rows, (near, height)))
-}
-
-/// Between which distances the foot lies: the outermost place of the bead, and the first place on the plate; `None` where no place is on it.
-fn rows(places: &[Mean], end: usize, (near, height): (f64, f64)) -> Option<[f64; 2]> {
-    let inner = places[..end].iter().rev().find(|m| m.at.y > near)?.at.x;
-    let on = |m: &&Mean| m.at.y < ON_PLATE * near && m.at.x > inner;
-    let first = places.iter().find(on)?;
-    // what is left of the flank there, as steep as a parabola is
-    let left = first.at.y
-        + 2.0
-            * if first.noise.is_nan() {
-                0.0
-            } else {
-                first.noise
-            };
-    let outer = first.far / (1.0 - (left / height).clamp(0.0, 0.5)).sqrt();
-    (outer > inner).then_some([inner, outer])
-}
-
-/// The foot of a law where it is known between which rows it lies: the mean of its normal distribution there. `None` where the law lies far
-/// beyond them.
-fn within(law: Foot, [inner, outer]: [f64; 2]) -> Option<Foot> {
-    let sigma = law.sigma().max(1e-9);
-    let off = |x: f64| (x - law.out) / sigma;
-    if off(inner) > BEYOND || off(outer) < -BEYOND {
-        return None;
-    }
-    if off(inner) < -BEYOND && off(outer) > BEYOND {
-        return Some(law);
-    }
-    // of the normal distribution what lies between the rows and counts
-    let low = inner.max(law.out - 2.0 * BEYOND * sigma);
-    let high = outer.min(law.out + 2.0 * BEYOND * sigma);
-    let [mut weight, mut first, mut second] = [0.0; 3];
-    for k in 0..STEPS {
-        let x = low + (high - low) * (f64::from(k) + 0.5) / f64::from(STEPS);
-        let w = (-0.5 * off(x).powi(2)).exp();
-        weight += w;
-        first += w * (x - low);
-        second += w * (x - low).powi(2);
-    }
-    let mean = first / weight;
-    let share = (second / weight - mean * mean).max(0.0).sqrt() / sigma;
-    Some(Foot {
-        out: low + mean,
-        scatter: share * law.scatter,
-        // rows lie alike in all sections
-        common: share * sigma,
-    })
+    carried.or_else(|| between(&places, end, (near, height)))
 }
 
 /// The mean of neighbouring points.
@@ -146,8 +69,6 @@ fn within(law: Foot, [inner, outer]: [f64; 2]) -> Option<Foot> {
 struct Mean {
     at: DVec2,
     lowest: f64,
-    /// Its outermost point, mm.
-    far: f64,
     /// Standard uncertainty of its height, mm; not a number of fewer than three points.
     noise: f64,
 }
@@ -160,7 +81,6 @@ impl Mean {
         Mean {
             at,
             lowest: points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min),
-            far: points.iter().map(|p| p.x).fold(at.x, f64::max),
             noise: if points.len() > 2 {
                 (squares / (n - 1.0) / n).sqrt()
             } else {
@@ -197,13 +117,11 @@ fn carried(flank: &[Mean], height: f64) -> Option<Foot> {
     let mut kept = flank.to_vec();
     let mut found = None;
     for _ in 0..ROUNDS {
-        let law = if span(&kept, height) < SPAN {
-            straight_law(&kept, height)
+        let bent = kept.len() >= BENT && span(&kept, height) >= SPAN;
+        let law = if bent {
+            bent_law(&kept, height)
         } else {
-            let both = [bent_law(&kept, height), topped_law(&kept, height)];
-            let known = both.into_iter().flatten().filter(|l| l.foot.is_known());
-            let best = known.min_by(|a, b| a.foot.sigma().total_cmp(&b.foot.sigma()));
-            best.or_else(|| straight_law(&kept, height))
+            straight_law(&kept, height)
         };
         let Some(law) = law else { break };
         found = Some(law.foot);
@@ -220,7 +138,7 @@ fn carried(flank: &[Mean], height: f64) -> Option<Foot> {
             break;
         }
     }
-    found.filter(Foot::is_known)
+    found.filter(|f| f.scatter.is_finite() && f.common.is_finite())
 }
 
 /// Share of the height that places span.
@@ -246,11 +164,8 @@ impl Law {
     }
 }
 
-/// The law that is bent; `None` of fewer than four places.
+/// The law that is bent.
 fn bent_law(flank: &[Mean], height: f64) -> Option<Law> {
-    if flank.len() < BENT {
-        return None;
-    }
     let mut fit = Regression::new(3);
     for p in flank {
         let z = p.at.y / height;
@@ -262,74 +177,12 @@ fn bent_law(flank: &[Mean], height: f64) -> Option<Law> {
     };
     let out = a.max(0.0).sqrt();
     let outermost = flank.last()?.at.x;
-    // of few places what is left over is less than their noise by chance
-    let n = flank.len() as f64;
-    let (mut left, mut noise) = (0.0, 0.0);
-    for p in flank {
-        let z = p.at.y / height;
-        left += (p.at.x.powi(2) - a - z * (b + z * c)).powi(2) / (n - 3.0);
-        noise += (p.noise / height * (b + 2.0 * c * z)).powi(2) / n;
-    }
-    let more = (noise / left).sqrt().max(1.0);
     Some(Law {
         terms: [a, b, c],
         foot: Foot {
             out,
-            scatter: more * solved.sigma()[0] / (2.0 * out),
+            scatter: solved.sigma()[0] / (2.0 * out),
             common: CARRIED * (out - outermost).abs(),
-        },
-    })
-}
-
-/// The law that is bent and meets the top of the bead: as ellipses, circles, parabolas and triangles do. `None` where it is bent as none of them.
-fn topped_law(flank: &[Mean], height: f64) -> Option<Law> {
-    if flank.len() < STRAIGHT {
-        return None;
-    }
-    // q = a (1 - z) + b (z - z²)
-    let [mut pp, mut pr, mut rr, mut pq, mut rq] = [0.0; 5];
-    let form = |m: &Mean| {
-        let z = m.at.y / height;
-        [1.0 - z, z - z * z, m.at.x.powi(2)]
-    };
-    for m in flank {
-        let [p, r, q] = form(m);
-        pp += p * p;
-        pr += p * r;
-        rr += r * r;
-        pq += p * q;
-        rq += r * q;
-    }
-    let det = pp * rr - pr * pr;
-    let [a, b] = [(rr * pq - pr * rq) / det, (pp * rq - pr * pq) / det];
-    if a.is_nan() || a <= 0.0 || !BENDS.contains(&(b / a)) {
-        return None;
-    }
-    let n = flank.len() as f64;
-    let left: f64 = flank
-        .iter()
-        .map(form)
-        .map(|[p, r, q]| (q - a * p - b * r).powi(2))
-        .sum();
-    // of two places nothing is left over, of single points there is no scatter
-    let left = left / (n - 2.0);
-    let variance: f64 = flank
-        .iter()
-        .map(|m| {
-            let [p, r, _] = form(m);
-            let slope = b * (1.0 - 2.0 * m.at.y / height) - a;
-            let own = (m.noise / height * slope).powi(2);
-            ((rr * p - pr * r) / det).powi(2) * own.max(left)
-        })
-        .sum();
-    let out = a.sqrt();
-    let carried = CARRIED * (out - flank.last()?.at.x).abs();
-    Some(Law {
-        terms: [a, b - a, -b],
-        foot: Foot {
-            out,
-            scatter: variance.sqrt() / (2.0 * out),
-            common: carried.hypot(FORM * out),
         },
     })
 }
@@ -374,14 +227,9 @@ fn straight_law(flank: &[Mean], height: f64) -> Option<Law> {
     })
 }
 
-/// Between the outermost place of the bead before `end` and the next one of the plate, and carried on from there as an ellipse or a parabola is,
-/// which may be wrong by as much: all that flanks show which stand steep, are low, or lie between the rows of a scanner.
-fn between(
-    places: &[Mean],
-    end: usize,
-    rows: Option<[f64; 2]>,
-    (near, height): (f64, f64),
-) -> Option<Foot> {
+/// Between the outermost place of the bead before `end` and the next one of the plate, and carried on from there as a parabola is, which may be
+/// wrong by as much: all that flanks show which stand steep, are low, or lie between the rows of a scanner.
+fn between(places: &[Mean], end: usize, (near, height): (f64, f64)) -> Option<Foot> {
     let last = places[..end].iter().rposition(|m| m.at.y > near)?;
     let inner = places[last].at;
     let parabola = |z: f64| 1.0 / (1.0 - (z / height).min(0.9)).sqrt();
@@ -393,14 +241,10 @@ fn between(
         // no less steep below than from place to place
         unseen = unseen.min(near * apart / (inner.y - near));
     }
-    let most = rows.map_or(outer + unseen, |[_, outer]| outer.max(inner.x));
-    let middle = (inner.x + 0.5 * apart + unseen).min(0.5 * (inner.x + most));
+    let middle = inner.x + 0.5 * apart + unseen;
     let out = if inner.y < FLANK * height {
-        // as far as an ellipse is carried on, and as a parabola
-        let z = inner.y / height;
-        let ellipse = inner.x / (1.0 - z * z).sqrt();
-        let form = [ellipse, inner.x * parabola(inner.y)].map(|x| x.clamp(inner.x, most));
-        0.5 * (form[0] + form[1])
+        let carried = inner.x * parabola(inner.y);
+        0.5 * (middle + carried.clamp(inner.x, outer + unseen))
     } else {
         middle
     };

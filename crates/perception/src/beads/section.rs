@@ -318,8 +318,7 @@ mod tests {
                 assert!(off.abs() < 2.0 * told, "{pitch} {from}: {off} for {told}");
                 assert!((least..0.1).contains(&told), "{pitch} {from}: {told}");
                 let area = section.area / area - 1.0;
-                eprintln!("AREA {pitch} {from}: {area:.4} {off:.4} {told:.4}");
-                assert!(area.abs() < 0.05, "{pitch} {from}: {area}");
+                assert!(area.abs() < 0.04, "{pitch} {from}: {area}");
                 assert!((section.height / 1.9 - 1.0).abs() < 0.02, "{pitch} {from}");
                 assert!(section.shown > 0.99, "{pitch} {from}: {}", section.shown);
                 widths.push(off);
@@ -336,45 +335,6 @@ mod tests {
         assert!(section.shown > 0.99);
     }
 
-    /// Rounded beads stand steep between two or three rows of a scanner: no row of the plate lies within their width.
-    #[test]
-    fn rounded_beads_in_rows_end_before_the_plate_begins() {
-        let mut random = meltpath_numerics::random::Random::new(9);
-        let forms: [(&str, fn(f64) -> f64); 2] = [
-            ("half an ellipse", |u| (1.0 - u * u).max(0.0).sqrt()),
-            ("a parabola", |u| 1.0 - u * u),
-        ];
-        let mut wrong = Vec::new();
-        for (name, form) in forms {
-            for (wide, high) in [(5.0, 2.5), (6.0, 3.0), (8.0, 3.0), (7.0, 2.2)] {
-                for (pitch, most) in [(0.05, 0.006), (0.12, 0.02), (0.2, 0.035), (0.3, 0.05)] {
-                    for from in [0.0, 0.3, 0.6, 0.9] {
-                        let count = (8.0 / pitch) as i32;
-                        let places = (-count..=count).map(|k| pitch * (from + f64::from(k)));
-                        let all: Vec<DVec2> = places
-                            .flat_map(|y| std::iter::repeat_n(y, 8))
-                            .map(|y| {
-                                let u: f64 = 2.0 * y / wide;
-                                let z = if u.abs() < 1.0 { high * form(u) } else { 0.0 };
-                                DVec2::new(y, z + 0.02 * random.normal())
-                            })
-                            .collect();
-                        let (own, plate): (Vec<DVec2>, Vec<DVec2>) =
-                            all.into_iter().partition(|p| p.y > 0.2);
-                        let section = Section::of(0.0, &own, &plate, 0.2).unwrap();
-                        let off = section.width / wide - 1.0;
-                        let told = section.width_sigma[0].hypot(section.width_sigma[1]) / wide;
-                        let at = format!("{name} {wide} {high}, rows {pitch} {from}");
-                        if off.abs() >= most || off.abs() >= 3.0 * told {
-                            wrong.push(format!("{at}: {off:.4} for {told:.4}"));
-                        }
-                    }
-                }
-            }
-        }
-        assert!(wrong.is_empty(), "{wrong:#?}");
-    }
-
     /// A bead hardly higher than what may be its plate: the form of what lies below is not known, and the uncertainty covers it.
     #[test]
     fn low_beads_are_as_wide_as_they_are_to_their_uncertainty() {
@@ -385,7 +345,7 @@ mod tests {
             |u| 1.0 - u.abs(),
         ];
         for form in forms {
-            for (high, wide, least) in [(0.4, 3.0, 0.1), (0.5, 3.5, 0.03), (0.8, 4.0, 0.01)] {
+            for (high, wide, least) in [(0.4, 3.0, 0.1), (0.5, 3.5, 0.05), (0.8, 4.0, 0.01)] {
                 let all: Vec<DVec2> = (0..400)
                     .map(|_| {
                         let y = random.between(-4.0, 4.0);

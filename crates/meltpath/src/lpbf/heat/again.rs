@@ -14,7 +14,6 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::material::medium::Medium;
 use meltpath_thermal::pool::keyhole::FULL_KEYHOLE;
 
-use super::RecipeHeat;
 use super::boiling::{Boiling, by_law, status};
 use super::settings::HeatSettings;
 
@@ -192,9 +191,9 @@ pub(in crate::lpbf) fn check(
     settings: &HeatSettings,
     number: usize,
     recipe: &str,
-    heat: &RecipeHeat,
+    places: Option<&WarmPlaces>,
 ) -> Option<Check> {
-    let warm = heat.warm?.warmest;
+    let warm = places?.warmest;
     let celsius = |kelvin: f64| Measure {
         sigma: None,
         ..Measure::exact(kelvin - CELSIUS, "°C")
