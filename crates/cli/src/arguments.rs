@@ -190,7 +190,7 @@ pub(crate) enum Command {
     },
     /// Measure straight beads in a scan of a plate: width, height, section, how much of the wire is in them, and a process map. Or records
     /// of beads (voltage, current, wire feed): energy per volume, how the source answers to the contact tube distance, and files of both. Or
-    /// a log of the tool along a path that was driven without arc: how the controller goes round corners, for the cell's [motion].
+    /// a log of the tool along a path that was driven without arc: how the controller goes round corners, for the cell's `[motion]`.
     Measure {
         /// The file that names the scan or the records, and tells the settings of the beads; or the file that names the log and its path.
         file: PathBuf,
