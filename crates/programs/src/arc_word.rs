@@ -24,6 +24,8 @@ pub enum Unsaid {
     CraterFeed(String),
     /// The bead begins or ends otherwise than in the words of its moves: what the data say.
     Phase(String),
+    /// Whether the arc burns along a move that has no words of it: the verb of the move.
+    PlainMove(&'static str),
     /// The source works in a mode that is not the cell's.
     Mode(String),
 }

@@ -63,7 +63,7 @@ impl Machine<'_> {
                     }
                 }
                 Unsaid::CraterFeed(words) => self.gap(Missing::CraterFeed(words)),
-                Unsaid::Phase(_) | Unsaid::Mode(_) => {}
+                Unsaid::Phase(_) | Unsaid::PlainMove(_) | Unsaid::Mode(_) => {}
             }
         }
         Ok(())
@@ -74,6 +74,7 @@ impl Machine<'_> {
         for unsaid in self.unsaid() {
             match unsaid {
                 Unsaid::Phase(said) => self.gap(Missing::Phase(said)),
+                Unsaid::PlainMove(word) => self.gap(Missing::PlainMove(word)),
                 Unsaid::Mode(mode) => self.gap(Missing::Mode(mode)),
                 Unsaid::Crater(_) | Unsaid::CraterFeed(_) => {}
             }

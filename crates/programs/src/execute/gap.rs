@@ -130,6 +130,9 @@ pub enum Missing {
     /// What data say of the begin or the end of a bead.
     #[error("the bead begins or ends otherwise than it is laid here: {0}")]
     Phase(String),
+    /// A move without arc words between those that have them.
+    #[error("whether the arc burns along {0} between the moves that start and end it is not known")]
+    PlainMove(&'static str),
     /// The arc is switched off where it is off: the program that starts it was not given, or a bead is missing.
     #[error("the arc ends here, but it is off: what was to be laid before is not known")]
     ArcOff,
@@ -323,6 +326,7 @@ impl Missing {
             | Missing::Output(_) => Open::Nothing,
             Missing::Profile(_)
             | Missing::Phase(_)
+            | Missing::PlainMove(_)
             | Missing::ArcOff
             | Missing::ArcLeftOn
             | Missing::ArcLines(_)
@@ -417,6 +421,9 @@ impl Missing {
             }
             Missing::Mode(_) => WELD_IN_THE_MODE,
             Missing::Returns(_) => BRING_IT_BACK,
+            Missing::PlainMove(_) => {
+                "write ArcL or ArcC where the arc burns, and end it before where it does not"
+            }
             Missing::Phase(_) => {
                 "set it to zero in the data that the weld names, or simulate the program without it"
             }

@@ -255,8 +255,7 @@ impl Routine {
             self.motion(path, stage, rest, known)?;
             if open {
                 // in no manual that is known here
-                let words = format!("the arc along {} between arc moves", path.plain());
-                self.out.unsaid(vec![Unsaid::Phase(words)]);
+                self.out.unsaid([Unsaid::PlainMove(path.plain())]);
             }
             return Some(());
         }

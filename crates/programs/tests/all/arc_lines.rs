@@ -145,8 +145,7 @@ fn plain_moves_between_arc_moves_of_an_abb_are_told() {
     let lines = |between: &str| {
         let reading = run(Dialect::Rapid, &text(between), None, &cell(&[100.0]));
         let all = reading.gaps.iter().map(|g| g.why.to_string());
-        all.filter(|why| why.contains("the arc along MoveL"))
-            .count()
+        all.filter(|why| why.contains("along MoveL")).count()
     };
     assert_eq!([lines("ArcL"), lines("MoveL")], [0, 1]);
 }

@@ -5,6 +5,7 @@
 //! `P/(v · 2πk √(t (t + t₀))) · exp(−d²/(4α(t + t₀))) · ½ [erf(s/r) + erf((L − s)/r)]` with `r = √(4α(t + t₀))`, `t₀ = σ²/(2α)` and
 //! `σ` a quarter of the spot; the lines before one another are summed. What lies beside them, and the light itself, are left aside.
 
+use libm::erf;
 use meltpath_base::number::significant;
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec3;
@@ -14,7 +15,7 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::material::medium::Medium;
 use meltpath_thermal::pool::keyhole::FULL_KEYHOLE;
 
-use super::boiling::{Boiling, by_law, status};
+use super::boiling::{Boiling, by_law, raised, status};
 use super::settings::HeatSettings;
 
 const REMEDY: &str = "export each line once, or let the place cool: other marks between, or a wait before it is drawn again";
@@ -38,20 +39,6 @@ pub struct Warm {
     pub bed: f64,
     /// What a steady mark does on a bed as warm; `None` where the material tells no boiling point.
     pub boiling: Option<Boiling>,
-}
-
-/// The error function to 1.5e-7: Abramowitz and Stegun 1964, 7.1.26.
-fn erf(x: f64) -> f64 {
-    const TERMS: [f64; 5] = [
-        0.254_829_592,
-        -0.284_496_736,
-        1.421_413_741,
-        -1.453_152_027,
-        1.061_405_429,
-    ];
-    let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
-    let sum = TERMS.iter().rev().fold(0.0, |sum, a| t * (a + sum));
-    x.signum() * (1.0 - sum * (-x * x).exp())
 }
 
 /// By how much an earlier mark still warms a place, K; a spot of that diameter, mm, of which a share of the power becomes heat.
@@ -254,19 +241,7 @@ pub(super) fn on_warm(check: Check, settings: &HeatSettings, warm: &Warm) -> Che
         warm.bed - CELSIUS,
         boiling.number
     );
-    if status <= check.status {
-        return check.because(&told);
-    }
-    let value = Measure {
-        sigma: None,
-        ..Measure::exact(number, "")
-    };
-    let check = Check {
-        status,
-        value: Some(value),
-        ..check
-    };
-    check.because(&told).at(place(warm)).remedy(REMEDY)
+    raised(check, (status, number), &told, (place(warm), REMEDY))
 }
 
 #[cfg(test)]
@@ -279,18 +254,6 @@ mod tests {
     use meltpath_thermal::pool::history::Memory;
     use meltpath_thermal::pool::moving_source::MovingSource;
     use meltpath_thermal::solver::source::Depth;
-
-    #[test]
-    fn the_error_function_is_it() {
-        for (x, value) in [
-            (0.0, 0.0),
-            (0.5, 0.520_499_878),
-            (-1.0, -0.842_700_793),
-            (3.0, 0.999_977_910),
-        ] {
-            assert!((erf(x) - value).abs() < 2e-7, "{x}");
-        }
-    }
 
     /// A line cools as the engine that draws melt pools has it cool.
     #[test]

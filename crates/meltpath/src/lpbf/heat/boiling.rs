@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use meltpath_base::Status;
+use meltpath_base::{Check, Measure, Place, Status};
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_thermal::beam::BeamPoint;
 use meltpath_thermal::material::medium::Medium;
@@ -78,6 +78,29 @@ pub(super) fn by_law(boiling: &Boiling) -> f64 {
         Ok(told) => told.number,
         Err(beyond) => beyond.number,
     }
+}
+
+/// A check of keyholes with what a worse course of the same marks comes to: told where that is worth no more, else judged by its number, at its
+/// place.
+pub(super) fn raised(
+    check: Check,
+    (status, number): (Status, f64),
+    told: &str,
+    (place, remedy): (Place, &str),
+) -> Check {
+    if status <= check.status {
+        return check.because(told);
+    }
+    let value = Measure {
+        sigma: None,
+        ..Measure::exact(number, "")
+    };
+    let check = Check {
+        status,
+        value: Some(value),
+        ..check
+    };
+    check.because(told).at(place).remedy(remedy)
 }
 
 /// What a keyhole is worth, pores and all.

@@ -6,7 +6,7 @@ use meltpath_thermal::pool::keyhole::{FULL_KEYHOLE, Mode};
 
 use super::RecipeHeat;
 use super::again::on_warm;
-use super::boiling::{Boiling, by_law, status};
+use super::boiling::{Boiling, by_law, raised, status};
 use super::judge::dug;
 use super::pace::Slow;
 use super::settings::HeatSettings;
@@ -68,25 +68,12 @@ fn as_run(check: Check, slow: &Slow) -> Check {
         "that is as commanded: as simulated the spot runs at {speed} mm/s of {commanded} mm/s over its own length or more: keyhole number {number:.1}, boiling number {:.1} there, by laws of steady marks",
         slow.boiling.number
     );
-    let status = slow.status();
-    if status <= check.status {
-        return check.because(&told);
-    }
-    let value = Measure {
-        sigma: None,
-        ..Measure::exact(number, "")
-    };
-    let check = Check {
-        status,
-        value: Some(value),
-        ..check
-    };
     let [x, y] = slow.boiling.end;
     let place = Place {
         layer: slow.boiling.layer,
         ..Place::at([x, y, 0.0])
     };
-    check.because(&told).at(place).remedy(AT_SPEED)
+    raised(check, (slow.status(), number), &told, (place, AT_SPEED))
 }
 
 fn reason(boiling: &Boiling) -> String {
