@@ -189,7 +189,7 @@ fn roc8<'a>(held: f64, cost: &'a [f64], noise: &'a [f64]) -> Named<'a> {
 /// As they are printed a command or a measurement costs nothing; and integrators that nobody asks for stay where they are: refused, and what to weight is
 /// said.
 #[test]
-fn lpbf_named_plants_without_weights_are_refused_with_what_to_weight() {
+fn named_plants_without_weights_are_refused_with_what_to_weight() {
     let printed = [0.0, 0.0, 0.0, 1.0];
     for (name, named) in [
         ("NN11 as printed", nn11(&[0.0; 3], &[0.0; 5])),
@@ -202,7 +202,7 @@ fn lpbf_named_plants_without_weights_are_refused_with_what_to_weight() {
 
 /// Eigenvalues upon each other (-101 twice in a Jordan block, -1 four times) kept the iteration from settling.
 #[test]
-fn lpbf_named_plants_keep_their_bound() {
+fn named_plants_keep_their_bound() {
     for weight in [1.0, 0.1, 1e-2, 1e-4, 1e-6] {
         let ends = [weight, weight, weight, 1.0];
         for (name, named) in [
