@@ -208,8 +208,11 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
         Effect::WeaveEnd
     } else if closes {
         Effect::Passive
-    } else if dialect == Dialect::UrScript && matches!(line.as_str(), "HALT" | "HALT()") {
+    } else if ends_all(dialect, &line) {
         Effect::Abort
+    } else if dialect == Dialect::Krl && line == "HALT" {
+        // it goes on at a press of the start key
+        Effect::Pause
     } else if begins(waits) {
         Effect::Wait
     } else if begins(passive) {
@@ -218,6 +221,15 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
         Effect::Shapes(Missing::Value(text.to_owned()))
     } else {
         Effect::Shapes(Missing::Unknown(text.to_owned()))
+    }
+}
+
+/// Whether a line ends the program and all that called it.
+fn ends_all(dialect: Dialect, line: &str) -> bool {
+    match dialect {
+        Dialect::UrScript => matches!(line, "HALT" | "HALT()"),
+        Dialect::Rapid => line == "EXIT",
+        _ => false,
     }
 }
 

@@ -54,9 +54,13 @@ impl Routine<'_> {
         Some(written_out(said.of_mut(which), pose))
     }
 
-    /// The number of a frame that lies in one of which the program does not say where that is: its line is told. Nothing of other values.
+    /// The number of a frame that lies in one of which the program does not say where that is: moves are told in that one where it is a base of the
+    /// controller's and the rest is numbers, else its line is told. Nothing of other values.
     fn unknown(&mut self, which: Which, value: &str) -> Option<u32> {
-        (chained(value).len() > 1).then_some(())?;
+        let parts = chained(value);
+        let (first, rest) = parts.split_first().filter(|(_, rest)| !rest.is_empty())?;
+        let within = entry(first, "BASE_DATA").filter(|_| which == Which::User);
+        let within = within.zip(self.tables.lie(which, rest));
         let (what, name) = match which {
             Which::User => (USER_FRAME, tidy(value)),
             Which::Tool => (TOOL, tidy(value)),
@@ -66,7 +70,14 @@ impl Routine<'_> {
         let number = UNKNOWN + at as u32;
         if known.is_none() {
             self.out.program.name_frame(what, number, &name);
-            self.unread(&name);
+            match within {
+                Some((base, lies)) => {
+                    let base = self.numbered((which, base));
+                    let said = &mut self.out.program.said_frames;
+                    said.told_in.insert(number, (base, lies));
+                }
+                None => self.unread(&name),
+            }
             self.unknown.push(name);
         }
         Some(number)

@@ -52,7 +52,12 @@ impl<'a> Tables<'a> {
 
     /// Where a value lies, frames in frames among them (`BASE_DATA[1]:{X 10,…}`); nothing where it is not known.
     pub(super) fn place(&self, which: Which, value: &str) -> Option<Pose> {
-        let mut places = chained(value).into_iter().map(|own| self.one(which, own));
+        self.lie(which, &chained(value))
+    }
+
+    /// Where frames lie, each in the one before.
+    pub(super) fn lie(&self, which: Which, frames: &[&str]) -> Option<Pose> {
+        let mut places = frames.iter().map(|own| self.one(which, own));
         let first = places.next()??;
         places.try_fold(first, |pose, own| Some(pose.then(own?)))
     }

@@ -1,5 +1,6 @@
 //! What a module declares: targets, speeds, zones, weld data, weaves, and where tools and work objects lie.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_geometry::Pose;
@@ -13,9 +14,11 @@ use crate::orientation::pose;
 use crate::program::Coordinates;
 use crate::scan::{arguments, finite, identifier, strip_word, tidy};
 
-/// The data that a module declares.
-#[derive(Default)]
+/// The data that a module declares, or that count in one of its routines.
+#[derive(Clone, Default)]
 pub(super) struct Declared {
+    /// What a routine declares for itself: constants with their values, other data with nothing.
+    pub(super) own: BTreeMap<String, Option<String>>,
     pub(super) targets: BTreeMap<String, Coordinates>,
     pub(super) speeds: BTreeMap<String, f64>,
     /// How fast these let the tool turn, °/s.
@@ -52,6 +55,42 @@ const APART: [&str; 13] = [
 ];
 
 impl Declared {
+    /// What counts in a routine: what it declares itself hides data of the module.
+    pub(super) fn within(&self, body: &[Statement], values: usize) -> Cow<'_, Declared> {
+        let named = |s: &Statement| declaration(&s.text).map(|said| said.owned());
+        let own: BTreeMap<String, Option<String>> = body.iter().filter_map(named).collect();
+        if own.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut known = self.clone();
+        for name in own.keys() {
+            known.hide(name);
+        }
+        for s in body {
+            data::constant(&mut known.numbers, &s.text);
+        }
+        for s in body {
+            declared(&mut known, s, values);
+        }
+        known.own = own;
+        Cow::Owned(known)
+    }
+
+    fn hide(&mut self, name: &str) {
+        self.targets.remove(name);
+        self.speeds.remove(name);
+        self.turns.remove(name);
+        self.zones.remove(name);
+        self.welds.remove(name);
+        self.seams.remove(name);
+        self.zigzags.remove(name);
+        self.tools.remove(name);
+        self.objects.remove(name);
+        self.kinds.remove(name);
+        self.numbers.remove(name);
+        self.unread.remove(name);
+    }
+
     /// The names that are declared as `bool` alone.
     pub(super) fn truths(&self) -> BTreeSet<String> {
         let kinds = self.kinds.iter();
@@ -118,20 +157,56 @@ impl Declared {
     }
 }
 
-/// Takes in a declaration: whether it is kept verbatim; nothing where the statement is none.
-pub(super) fn declared(known: &mut Declared, s: &Statement, values: usize) -> Option<bool> {
-    let text = s.text.as_str();
+/// `CONST robtarget p10:=…`
+struct Declaration<'t> {
+    constant: bool,
+    kind: &'t str,
+    /// In small letters.
+    name: String,
+    /// Its value as it is written; empty where there is none.
+    value: &'t str,
+}
+
+impl Declaration<'_> {
+    /// The name, with the value of a constant.
+    fn owned(&self) -> (String, Option<String>) {
+        let value = self.constant.then(|| self.value.trim().to_owned());
+        (self.name.clone(), value)
+    }
+}
+
+/// What a statement declares; nothing where it does not.
+fn declaration(text: &str) -> Option<Declaration<'_>> {
     let rest = strip_word(text, "LOCAL")
         .or_else(|| strip_word(text, "TASK"))
         .unwrap_or(text)
         .trim_start();
-    let rest = ["CONST", "PERS", "VAR"]
+    let (word, rest) = ["CONST", "PERS", "VAR"]
         .iter()
-        .find_map(|w| strip_word(rest, w))?
-        .trim_start();
-    let (kind, rest) = rest.split_once(char::is_whitespace)?;
-    let (name, text) = rest.split_once(":=").unwrap_or((rest, ""));
-    let name = name.trim().to_ascii_lowercase();
+        .find_map(|w| Some((*w, strip_word(rest, w)?)))?;
+    let (kind, rest) = rest.trim_start().split_once(char::is_whitespace)?;
+    let (name, value) = rest.split_once(":=").unwrap_or((rest, ""));
+    Some(Declaration {
+        constant: word == "CONST",
+        kind,
+        name: name.trim().to_ascii_lowercase(),
+        value,
+    })
+}
+
+/// The name that a statement declares, in small letters.
+pub(super) fn name_declared(text: &str) -> Option<String> {
+    declaration(text).map(|said| said.name)
+}
+
+/// Takes in a declaration: whether it is kept verbatim; nothing where the statement is none.
+pub(super) fn declared(known: &mut Declared, s: &Statement, values: usize) -> Option<bool> {
+    let Declaration {
+        kind,
+        name,
+        value: text,
+        ..
+    } = declaration(&s.text)?;
     let other = Some(kind.to_ascii_lowercase());
     let said = known
         .kinds

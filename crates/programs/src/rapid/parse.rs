@@ -6,7 +6,7 @@ use meltpath_toolpath::Weave;
 
 use super::data::{self, Value, WeldData};
 use super::declared::{Declared, declared, displaced, is_pose};
-use super::statements::{Statement, statements};
+use super::statements::{Statement, outside, statements};
 use super::variables;
 use super::variants::{Variants, has_parameters};
 use super::verbs::{Path, Stage, verb};
@@ -17,9 +17,11 @@ use crate::program::{
     ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, MotionInstruction,
     MotionKind, PositionRef, Section, Speed, TOOL, Termination, USER_FRAME, Unsaid,
 };
-use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
+use crate::scan::{
+    arguments, duration, identifier, is_variable, routine_name, strip_prefix, strip_word, tidy,
+};
 
-/// Reads the routines of a module, in their order. `arc_values` is how many values of an `arcdata` mean something in this cell.
+/// Reads the routines of a module, `main` first, the others in their order. `arc_values` is how many values of an `arcdata` mean something in this cell.
 ///
 /// # Errors
 /// [`ParseError`] where the text has no module or no routine, or a routine does not end.
@@ -39,14 +41,17 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
         skipped: None,
         done: Vec::new(),
     };
-    for s in &all {
+    let outside = outside(&all);
+    let of_module = || all.iter().zip(&outside).filter(|(_, outside)| **outside);
+    for (s, _) in of_module() {
         data::constant(&mut known.numbers, &s.text);
     }
     let kept: Vec<bool> = all
         .iter()
-        .map(|s| declared(&mut known, s, arc_values) == Some(true))
+        .zip(&outside)
+        .map(|(s, outside)| *outside && declared(&mut known, s, arc_values) == Some(true))
         .collect();
-    let constants = variables::constants(&known.numbers, &all);
+    let constants = variables::constants(&known.numbers, of_module().map(|(s, _)| s), &all);
     let mut variants = Variants::of(&all);
     let mut at = 0;
     while let Some(s) = all.get(at) {
@@ -64,6 +69,7 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
             let body = body.unwrap_or_default();
             at += body.len();
             let given = has_parameters(&s.text);
+            let known = known.within(body, arc_values);
             for s in variables::run_through(&known, &constants, (&s.text, body)) {
                 if given {
                     reader.statement(&s, &known);
@@ -82,6 +88,7 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
     }
     while let Some(variant) = variants.waiting.pop_front() {
         reader.open = Some(Routine::new(&variant.name));
+        let known = known.within(&variant.body, arc_values);
         for s in variables::run_through(&known, &constants, ("", &variant.body)) {
             reader.executed(&s, &known, &mut variants);
         }
@@ -100,6 +107,8 @@ pub fn read(bytes: &[u8], arc_values: usize) -> Result<Vec<Parsed>, ParseError> 
     for routine in &mut parsed {
         routine.program.said_frames.declared = known.standing();
     }
+    // what the controller begins with, wherever it stands
+    parsed.sort_by_key(|p| !p.program.name.eq_ignore_ascii_case("main"));
     let first = parsed.first_mut().ok_or_else(|| no("PROC"))?;
     if !rest.is_empty() {
         first.program.sections.push(Section {
@@ -141,7 +150,8 @@ struct Reader {
 impl Reader {
     /// A statement of a routine that was run through: one that calls a routine with arguments runs a copy of it.
     fn executed(&mut self, s: &Statement, known: &Declared, variants: &mut Variants<'_>) {
-        if let (Some(routine), Some(name)) = (&mut self.open, variants.called(&s.text)) {
+        if let (Some(routine), Some(name)) = (&mut self.open, variants.called(&s.text, &known.own))
+        {
             routine.out.line = s.line;
             routine.out.call(&name, "");
             return;
@@ -240,7 +250,8 @@ impl Routine {
             return self.out.remark(comment);
         }
         if self.acts(text, known).is_none() {
-            if known.lays_nothing(text) {
+            let label = text.strip_suffix(':').is_some_and(is_variable);
+            if label || known.lays_nothing(text) {
                 self.out.pass(text);
             } else {
                 self.out.keep(text);

@@ -1,6 +1,7 @@
 //! Statements of a module with their lines: up to a semicolon, or a line that needs none; comments apart.
 
 use crate::parsed::trimmed;
+use crate::scan::{is_variable, strip_word};
 
 /// A piece of a module.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,11 +61,21 @@ pub(super) fn statements(text: &str) -> Vec<Statement> {
             }
         }
         let mut quoted = false;
-        for c in line.chars() {
+        let mut rest = line.chars();
+        while let Some(c) = rest.next() {
             quoted ^= c == '"';
+            let labels = |piece: &Statement| is_variable(piece.text.trim());
             match c {
                 '!' if !quoted => break,
                 ';' if !quoted => all.extend(open.take()),
+                // `again: MoveL …`
+                ':' if !rest.as_str().starts_with('=') && open.as_ref().is_some_and(labels) => {
+                    let label = open.take();
+                    all.extend(label.map(|piece| Statement {
+                        text: format!("{}:", piece.text.trim()),
+                        ..piece
+                    }));
+                }
                 _ => {
                     let piece = open.get_or_insert_with(|| Statement {
                         line: n,
@@ -89,6 +100,31 @@ pub(super) fn statements(text: &str) -> Vec<Statement> {
     all
 }
 
+/// What begins a routine of the module, and what ends it.
+const ROUTINES: [(&str, &str); 3] = [
+    ("PROC", "ENDPROC"),
+    ("FUNC", "ENDFUNC"),
+    ("TRAP", "ENDTRAP"),
+];
+
+/// Which statements stand outside of all routines: what is declared there counts in all of them.
+pub(super) fn outside(all: &[Statement]) -> Vec<bool> {
+    let mut end = None;
+    let stands = |s: &Statement| {
+        if let Some(word) = end {
+            if s.text.eq_ignore_ascii_case(word) {
+                end = None;
+            }
+            return false;
+        }
+        let head = strip_word(&s.text, "LOCAL").map_or(&*s.text, str::trim_start);
+        let begun = ROUTINES.iter().find(|(w, _)| strip_word(head, w).is_some());
+        end = begun.map(|(_, end)| *end);
+        end.is_none()
+    };
+    all.iter().map(stands).collect()
+}
+
 pub(super) fn ends_itself(line: &str) -> bool {
     let upper = line.to_ascii_uppercase();
     let upper = upper.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -106,19 +142,21 @@ mod tests {
 
     #[test]
     fn statements_end_with_a_semicolon() {
-        let text = "MODULE m\n ConfL\\Off; ConfJ\\Off;\n !a;b\n MoveL p1,\n  v100; ! c\nTPWrite \"a;!b\";\nENDMODULE\n";
+        let text = "MODULE m\n again:\nnext: ConfL\\Off; ConfJ\\Off;\n !a;b\n MoveL p1,\n  v100; ! c\nTPWrite \"a;!b\";\nENDMODULE\n";
         let found: Vec<(u32, String)> = statements(text)
             .into_iter()
             .map(|s| (s.line, s.text))
             .collect();
         let wanted = [
             (1, "MODULE m"),
-            (2, "ConfL\\Off"),
-            (2, "ConfJ\\Off"),
-            (3, "!a;b"),
-            (4, "MoveL p1,   v100"),
-            (6, "TPWrite \"a;!b\""),
-            (7, "ENDMODULE"),
+            (2, "again:"),
+            (3, "next:"),
+            (3, "ConfL\\Off"),
+            (3, "ConfJ\\Off"),
+            (4, "!a;b"),
+            (5, "MoveL p1,   v100"),
+            (7, "TPWrite \"a;!b\""),
+            (8, "ENDMODULE"),
         ];
         let tidy = |s: &str| s.split_whitespace().collect::<Vec<_>>().join(" ");
         let found: Vec<(u32, String)> = found.into_iter().map(|(n, t)| (n, tidy(&t))).collect();

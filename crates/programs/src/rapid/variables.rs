@@ -221,13 +221,19 @@ pub(super) fn run_through(
     for word in words {
         constants.remove(&word.to_ascii_lowercase());
     }
+    // and so do data of the routine's own
+    constants.retain(|name, _| !known.own.contains_key(name));
     let body = body.iter().map(|s| (s.line, s.text.clone())).collect();
     let all = unrolled(&Rapid(known), &constants, body).into_iter();
     all.map(|(line, text)| Statement { line, text }).collect()
 }
 
-/// The numbers that a module declares and that no statement of it sets.
-pub(super) fn constants(known: &BTreeMap<String, f64>, all: &[Statement]) -> BTreeMap<String, f64> {
+/// The numbers that the statements of a module outside its routines declare and that none at all sets.
+pub(super) fn constants<'s>(
+    known: &BTreeMap<String, f64>,
+    outside: impl Iterator<Item = &'s Statement>,
+    all: &[Statement],
+) -> BTreeMap<String, f64> {
     let mut constants = known.clone();
     let sets = |name: &str| {
         all.iter()
@@ -243,7 +249,7 @@ pub(super) fn constants(known: &BTreeMap<String, f64>, all: &[Statement]) -> BTr
                 _ => false,
             })
     };
-    for statement in all {
+    for statement in outside {
         let rest = ["LOCAL", "TASK"]
             .iter()
             .find_map(|w| strip_word(&statement.text, w));

@@ -4,6 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use super::declared::name_declared;
 use super::statements::Statement;
 use crate::scan::{arguments, identifier, is_variable, strip_word, tidy};
 
@@ -111,12 +112,31 @@ impl<'s> Variants<'s> {
         }
     }
 
-    /// The copy that a statement calls; nothing where it calls none.
-    pub(super) fn called(&mut self, text: &str) -> Option<String> {
+    /// The copy that a statement calls; nothing where it calls none. `own` are the data of the routine that calls: the other one does not know them
+    /// by their names, and takes constants by their values.
+    pub(super) fn called(
+        &mut self,
+        text: &str,
+        own: &BTreeMap<String, Option<String>>,
+    ) -> Option<String> {
         let (word, rest) = identifier(text);
         let routine = self.routines.get(&word.to_ascii_lowercase())?;
-        let given = arguments(rest);
-        let plain = |a: &&str| !a.is_empty() && !a.contains(['\\', '?']) && !a.contains(":=");
+        let valued = |given: &str| match own.get(&given.trim().to_ascii_lowercase()) {
+            Some(value) => value.clone(),
+            None => Some(given.to_owned()),
+        };
+        let given: Vec<String> = arguments(rest)
+            .into_iter()
+            .map(valued)
+            .collect::<Option<_>>()?;
+        // nor does it take data that its own of the same names hide
+        let theirs = routine.body.iter().filter_map(|s| name_declared(&s.text));
+        let hidden: BTreeSet<String> = theirs.chain(own.keys().cloned()).collect();
+        let taken = |text: &String| words(text).any(|w| hidden.contains(&w.to_ascii_lowercase()));
+        if given.iter().any(taken) {
+            return None;
+        }
+        let plain = |a: &String| !a.is_empty() && !a.contains(['\\', '?']) && !a.contains(":=");
         if given.len() != routine.parameters.len() || !given.iter().all(plain) {
             return None;
         }
@@ -162,9 +182,12 @@ impl<'s> Variants<'s> {
     }
 }
 
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+}
+
 /// Whether a statement sets a variable or declares another one of its name.
 fn sets(text: &str, name: &str) -> bool {
     let (left, _) = text.split_once(":=").unwrap_or(("", ""));
-    let mut words = left.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
-    !left.contains(['\\', '(']) && words.any(|w| w.eq_ignore_ascii_case(name))
+    !left.contains(['\\', '(']) && words(left).any(|w| w.eq_ignore_ascii_case(name))
 }

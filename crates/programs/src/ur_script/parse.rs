@@ -25,26 +25,33 @@ const PROCESS: &str = "movep, which keeps its speed round corners,";
 /// The argument of a `movec` that says how it turns the tool.
 const MODE: &str = "mode";
 
-/// Reads the functions of a script, the last one first, which is what runs; `words` say what switches the arc.
+/// Reads the functions of a script, first what runs: the lines that stand outside of all functions where they move or call, else the last one; `words`
+/// say what switches the arc.
 ///
 /// # Errors
 /// [`ParseError`] where no function begins, or one does not end.
 pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, ParseError> {
     let text = decoded(bytes);
     let lines: Vec<&str> = trimmed(&text).collect();
-    let mut done = Vec::new();
+    let (mut done, mut outside) = (Vec::new(), Vec::new());
     let mut at = 0;
     while let Some(line) = lines.get(at) {
         at += 1;
-        let Some(name) = begins(line) else { continue };
+        let beside = opens(line) && matches!(first_word(line), "thread" | "sec");
+        let Some(name) = begins(line).or(beside.then_some("")) else {
+            outside.push((at as u32, (*line).to_owned()));
+            continue;
+        };
         let body = body(&lines[at..]).ok_or(ParseError::Unended {
             line: lines.len() as u32,
             wanted: "end",
         })?;
         let numbered = (at as u32 + 1..).zip(body.iter().map(|l| (*l).to_owned()));
         let statements = unrolled(&Script(words), &BTreeMap::new(), numbered.collect());
-        done.push(Reader::new(name, words).read(&statements).finish(&lines));
         at += body.len() + 1;
+        if !beside {
+            done.push(Reader::new(name, words).read(&statements).finish(&lines));
+        }
     }
     if done.is_empty() {
         return Err(ParseError::Other {
@@ -52,9 +59,26 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
             wanted: "def",
         });
     }
-    // a script runs its last function
+    let mut name = "script".to_owned();
+    while done.iter().any(|p: &Parsed| p.program.name == name) {
+        name.push('_');
+    }
+    let statements = unrolled(&Script(words), &BTreeMap::new(), outside);
+    let outside = Reader::new(&name, words).read(&statements).finish(&lines);
+    if outside.program.instructions.iter().any(moves) {
+        done.push(outside);
+    }
+    // without lines outside of them a script runs its last function
     done.rotate_right(1);
     Ok(done)
+}
+
+/// Whether an instruction moves, lays metal, or calls what may.
+fn moves(instruction: &Instruction) -> bool {
+    matches!(
+        instruction,
+        Instruction::Motion(_) | Instruction::Arc(_) | Instruction::Call { .. }
+    )
 }
 
 /// The name of the function that a line begins.
@@ -144,6 +168,23 @@ fn further(all: &[&str], known: &[&str]) -> Vec<String> {
 
 fn degrees(joints: [f64; 6]) -> [f64; 6] {
     joints.map(|j| scaled(j.to_degrees(), 1.0))
+}
+
+/// Where a tool stands, mm and degrees.
+fn place(xyz: [f64; 3], wpr_degrees: [f64; 3]) -> Coordinates {
+    Coordinates::Cartesian {
+        config: String::new(),
+        xyz: xyz.map(|v| scaled(v, 1.0)),
+        wpr_degrees,
+        external: Vec::new(),
+    }
+}
+
+/// The place of a pose `p[…]` or of a sum of poses.
+fn plain(text: &str) -> Option<Coordinates> {
+    let [x, y, z, a, b, c] = pose_numbers(text)?;
+    let wpr_degrees = wpr_of_rotation_vector([a, b, c])?;
+    Some(place([x, y, z].map(|v| 1000.0 * v), wpr_degrees))
 }
 
 /// Where the joints of `[…]` stand.
@@ -250,25 +291,18 @@ impl<'w> Reader<'w> {
         call.then(|| self.out.call(name, ""))
     }
 
-    /// The pose of `pose_trans(part, p[…])` in the part, or of `p[…]` in the base; and the number of that frame.
+    /// The pose of `pose_trans(part, p[…])` in the part, or of `p[…]` or two poses in numbers in the base; and the number of that frame.
     fn pose(&self, text: &str) -> Option<(Coordinates, u32)> {
-        let (pose, frame) = match called(text, "pose_trans") {
-            Some(all) => {
-                let [part, pose] = all[..] else { return None };
-                // another frame than the part's is not known
-                let own = self.words.is_none_or(|w| tidy(&w.part) == tidy(part));
-                (own.then_some(pose)?, PART)
-            }
-            None => (text, BASE),
+        let Some(all) = called(text, "pose_trans") else {
+            return Some((plain(text)?, BASE));
         };
-        let [x, y, z, a, b, c] = pose_numbers(pose)?;
-        let place = Coordinates::Cartesian {
-            config: String::new(),
-            xyz: [x, y, z].map(|v| scaled(v, 1000.0)),
-            wpr_degrees: wpr_of_rotation_vector([a, b, c])?,
-            external: Vec::new(),
-        };
-        Some((place, frame))
+        let [part, pose] = all[..] else { return None };
+        if self.words.is_none_or(|w| tidy(&w.part) == tidy(part)) {
+            return Some((plain(pose)?, PART));
+        }
+        let both = pose_of(part)?.then(pose_of(pose)?);
+        let wpr_degrees = both.wpr().to_array().map(|v| scaled(v.to_degrees(), 1.0));
+        Some((place(both.position.to_array(), wpr_degrees), BASE))
     }
 
     /// The targets to come are in another frame.

@@ -4,7 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
 use super::words::ScriptWords;
-use crate::expression::{Quotient, Spelling};
+use crate::expression::{Memory, Names, Quotient, Spelling};
 use crate::orientation::{pose, rotation_vector_of, wpr_of_rotation_vector};
 use crate::scan::{self, called, first_word, identifier, strip_word};
 use crate::unrolled::{Language, Place, Step};
@@ -162,10 +162,22 @@ pub(super) fn pose_of(text: &str) -> Option<Pose> {
     Some(pose(at, wpr_of_rotation_vector([a, b, c])?))
 }
 
-/// The numbers of a list in brackets.
+/// The numbers of a list in brackets, sums and products of numbers among them.
 pub(super) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let inner = text.strip_prefix('[')?.strip_suffix(']')?;
-    scan::numbers(inner)?.try_into().ok()
+    let none = Memory {
+        names: Names {
+            spelling: Spelling::Exact,
+            quotient: Quotient::Unknown,
+            ..Names::default()
+        },
+        ..Memory::default()
+    };
+    let all = scan::arguments(inner).into_iter();
+    let all: Option<Vec<f64>> = all
+        .map(|v| scan::finite(v).or_else(|| none.number(v).filter(|v| v.is_finite())))
+        .collect();
+    all?.try_into().ok()
 }
 
 /// The numbers of `p[…]`, or of the sum of one and another that does not turn, `pose_add(p[…],p[…])`.

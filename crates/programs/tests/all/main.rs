@@ -18,6 +18,7 @@ mod logic;
 mod loops;
 mod others;
 mod phases;
+mod scopes;
 mod silence;
 mod source;
 mod state;

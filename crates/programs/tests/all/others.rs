@@ -232,6 +232,28 @@ end
     }
 }
 
+/// A pose within another one stands where both together place it, where neither is the part's.
+#[test]
+fn a_pose_within_a_pose_is_known() {
+    let cell = cell(&[100.0]);
+    let at = |target: &str| {
+        let script =
+            format!("def w():\n  movel(p[0,0,0,0,0,0], v=0.1)\n  movel({target}, v=0.1)\nend\n");
+        let program = programs(Dialect::UrScript, &script, None, &cell).remove(0);
+        let read = executed(std::slice::from_ref(&program), &cell);
+        assert!(read.gaps.is_empty(), "{:?}", read.gaps);
+        let moves = motions(&read);
+        let (to, axis) = (moves[0].to, moves[0].axis);
+        [to.to_array(), axis.to_array()]
+    };
+    // a quarter turn about z, then a half turn about y
+    let within = at("pose_trans(p[0.5,0,0.02,0,0,1.5707963268],p[0.1,0,0,0,3.1415926536,0])");
+    let alone = at("p[0.5,0.1,0.02,-2.2214414691,2.2214414691,0]");
+    for (within, alone) in within.iter().flatten().zip(alone.iter().flatten()) {
+        assert!((within - alone).abs() < 1e-6, "{within} {alone}");
+    }
+}
+
 /// Targets that are displaced by numbers are known; by what is computed they are not.
 #[test]
 fn targets_beside_others_are_known() {

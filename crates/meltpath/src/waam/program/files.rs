@@ -7,7 +7,7 @@ use meltpath_programs::program::Instruction;
 use meltpath_programs::shared_frames::agree;
 use meltpath_programs::{CellProgramming, Dialect, ParseError, Parsed, Program, dialect, val3};
 
-use crate::waam::program::ProgramStageError;
+use crate::waam::program::{ProgramStageError, burns};
 
 /// The main program at `path`: itself, or the one in a folder that no other calls.
 ///
@@ -151,8 +151,37 @@ pub(crate) fn read(
         }
         files.push(path);
     }
+    for program in never_run(&programs) {
+        reporter.warn(
+            "program-not-called",
+            format!(
+                "{} starts the arc, and nothing that runs from {} on calls it: what it lays is not simulated",
+                program.name, programs[0].name
+            ),
+            "name it where the program begins, or take it out of the file",
+        );
+    }
     agree(&mut programs);
     Ok((programs, files))
+}
+
+/// The programs with an arc that the first one does not come to by calls.
+fn never_run(programs: &[Program]) -> Vec<&Program> {
+    let mut run: Vec<&Program> = programs.first().into_iter().collect();
+    let mut at = 0;
+    while let Some(program) = run.get(at) {
+        let called: Vec<&str> = calls(program).collect();
+        let known: Vec<&str> = run.iter().map(|p| &*p.name).collect();
+        let is_new = |p: &&Program| {
+            let is = |name: &&str| p.name.eq_ignore_ascii_case(name);
+            called.iter().any(is) && !known.iter().any(is)
+        };
+        let new: Vec<&Program> = programs.iter().filter(is_new).collect();
+        run.extend(new);
+        at += 1;
+    }
+    let runs = |p: &&Program| run.iter().any(|r| r.name.eq_ignore_ascii_case(&p.name));
+    programs.iter().filter(|p| burns(p) && !runs(p)).collect()
 }
 
 /// Warns of what stands outside the instructions of a program.
