@@ -210,6 +210,8 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
         Effect::Passive
     } else if ends_all(dialect, &line) {
         Effect::Abort
+    } else if dialect == Dialect::Krl && line.starts_with("WEAVE#") {
+        Effect::Shapes(Missing::Weave)
     } else if dialect == Dialect::Krl && line == "HALT" {
         // it goes on at a press of the start key
         Effect::Pause

@@ -305,7 +305,7 @@ const THREE_POINTS: &str =
     "give three points of a circle that are apart; a full circle takes two moves";
 const TELL_PLACES: &str = "give the position in the program by place and orientation, its offset included; variables that it names must be set from numbers in the routine that moves, before it does; what a FANUC's register PR[n] holds is told in the cell file ([[program.position_register]])";
 
-const LIST_WEAVE: &str = "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated, of KUKA and ABB zigzags without dwells, height and angle";
+const LIST_WEAVE: &str = "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated, of KUKA (with program.krl.weave_amplitude) and ABB zigzags without dwells, height and angle";
 const WEAVE_AS_ROBOTS: &str = "write frequency, amplitude and dwells of the weave in the program as they are on the controller, with their units";
 const TELL_VARIABLES: &str = "tell the variables that decide in the cell file (registers: name, number, value), or export the path without the jump";
 const TAKE_OUT_OR_NAME: &str = "take the line out if it does not change the beads, or write the moves that it makes; where it calls what lays no metal, name that in passed_over of the cell file";
