@@ -302,6 +302,65 @@ fn plausible(material: &Material, file: &MaterialFile) -> Result<(), Problem> {
         let help = "look at its unit: kJ/(kg·K) are thousands of J/(kg·K)";
         return Err(file.specific_heat.problem(message).help(help));
     }
+    plausible_change(material, file)
+}
+
+/// Latent heats that metals have, J/kg: lead melts with 23 kJ/kg, silicon with 1790; mercury boils with 0.3 MJ/kg, carbon with 59.
+const MELTING: [f64; 2] = [1e4, 3e6];
+const BOILING: [f64; 2] = [1e5, 1e8];
+/// Molar masses, kg/mol: from hydrogen to beyond uranium.
+const MOLAR: [f64; 2] = [1e-3, 0.3];
+/// Surface tensions of melts, N/m: caesium has 0.07, tungsten 2.5.
+const TENSION: [f64; 2] = [0.03, 5.0];
+
+/// The same of what melts and boils.
+fn plausible_change(material: &Material, file: &MaterialFile) -> Result<(), Problem> {
+    let slips = |value: f64, [low, high]: [f64; 2]| value > 0.0 && !(low..=high).contains(&value);
+    let told = |what: &str, value: f64, [low, high]: [f64; 2], unit: &str| {
+        format!(
+            "{what} is {} {unit}; metals have {low:e} to {high:e} {unit}",
+            significant(value, 3)
+        )
+    };
+    let heats = "look at its unit: kJ/kg are thousands of J/kg";
+    if slips(material.latent, MELTING) {
+        let message = told("latent", material.latent, MELTING, "J/kg");
+        return Err(file.latent.problem(message).help(heats));
+    }
+    let tension = material.surface_tension.as_ref();
+    if let Some(value) = tension
+        .map(|law| law.at(material.liquidus))
+        .filter(|v| slips(*v, TENSION))
+    {
+        let message = told("surface_tension", value, TENSION, "N/m");
+        let help = "look at its unit: mN/m are thousandths of N/m";
+        return Err(file.surface_tension.problem(message).help(help));
+    }
+    for c in material
+        .evaporation
+        .iter()
+        .flat_map(|vapour| &vapour.components)
+    {
+        if slips(c.latent, BOILING) {
+            let message = told(
+                &format!("the heat of evaporation of {}", c.name),
+                c.latent,
+                BOILING,
+                "J/kg",
+            );
+            return Err(file.evaporation.problem(message).help(heats));
+        }
+        if slips(c.molar_mass, MOLAR) {
+            let message = told(
+                &format!("molar_mass of {}", c.name),
+                c.molar_mass,
+                MOLAR,
+                "kg/mol",
+            );
+            let help = "look at its unit: g/mol are thousandths of kg/mol";
+            return Err(file.evaporation.problem(message).help(help));
+        }
+    }
     Ok(())
 }
 

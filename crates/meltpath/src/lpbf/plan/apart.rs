@@ -47,7 +47,7 @@ impl Apart {
                 *check = Check {
                     status: Status::CannotSay,
                     reason: format!(
-                        "the file's lines lie {} mm apart, the spot is {} mm wide: whether they are to fill what contours enclose nobody says",
+                        "the file's lines lie {} mm apart, the spot is {} mm wide: whether they are to fill the surface nobody says",
                         significant(hatch, 3),
                         significant(spot, 3)
                     ),
@@ -55,7 +55,7 @@ impl Apart {
                     ..check.clone()
                 };
             }
-            Apart::Unknown if check.status != Status::Pass => {
+            Apart::Unknown if !matches!(check.status, Status::Pass | Status::NotChecked) => {
                 let doubt = Doubt {
                     reason: "no two lines of the fill lie beside each other: how much of the surface they are to reach is not known".to_owned(),
                     place: check.place.clone().unwrap_or_default(),

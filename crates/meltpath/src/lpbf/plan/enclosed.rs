@@ -189,10 +189,19 @@ impl Found {
         }
     }
 
-    /// A file of contours alone asks for no lines.
+    /// A file of contours alone asks for no lines, and one of lines alone does not say how far they are to reach: what is not known is named.
     fn enclosure(self, hatch: f64, spot: f64) -> Enclosure {
-        if !self.filled {
-            return Enclosure::default();
+        let why = match (self.filled, self.worst) {
+            (false, None) => return Enclosure::default(),
+            (false, Some(_)) => Some(NO_LINES),
+            (true, None) if self.doubt.is_none() => Some(NO_CONTOURS),
+            (true, _) => None,
+        };
+        if let Some(why) = why {
+            return Enclosure {
+                checks: vec![Check::not_checked(BARE_ID, BARE_TITLE, why)],
+                doubt: None,
+            };
         }
         let checks = [
             self.enclosed(),
@@ -278,6 +287,8 @@ impl Found {
 }
 
 pub(in crate::lpbf) const BARE_ID: &str = "enclosed";
+const NO_LINES: &str = "the file has contours and no lines of a fill: whether what they enclose is to be filled nobody says";
+const NO_CONTOURS: &str = "the file has no closed contours: how far its lines are to reach, and whether some are missing, nobody says";
 const BARE_TITLE: &str = "largest share of an area within closed contours that no mark comes near";
 
 /// How far from a mark it covers a strip, mm: a hatch distance, as one line may miss, or what its spot covers.
