@@ -29,7 +29,7 @@ use again::WarmPlaces;
 use beam::{commanded, lit};
 use boiling::Boiling;
 pub use ground::OnLiquid;
-use ground::Parted;
+use ground::{GroundError, Parted};
 use pace::Slow;
 use standing::Standing;
 use surface::{beside, closed};
@@ -64,6 +64,15 @@ meltpath_base::passes_on! {
         Fusion(FusionError),
         /// The pool's medium.
         Engine(MovingSourceError),
+    }
+}
+
+impl From<GroundError> for HeatError {
+    fn from(error: GroundError) -> Self {
+        match error {
+            GroundError::Path(error) => HeatError::Path(error),
+            GroundError::Fusion(error) => HeatError::Fusion(error),
+        }
     }
 }
 

@@ -9,7 +9,7 @@
     reason = "numbers of samples are far below 2^63"
 )]
 
-use meltpath_geometry::math::DVec2;
+use meltpath_geometry::math::{DVec2, DVec3};
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::gate::{Chain, Chains};
@@ -398,7 +398,7 @@ impl Commanded {
             if v.kind.deposits() {
                 samples.push([sample, sample + moves + waits + window]);
                 marks.push(Drawing {
-                    ends: [job.start_of(i), v.end].map(|p| p.truncate()),
+                    ends: [job.start_of(i), v.end].map(DVec3::truncate),
                     speed: v.speed,
                 });
             }

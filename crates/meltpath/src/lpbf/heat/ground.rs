@@ -9,7 +9,6 @@ use meltpath_thermal::pool::fusion::FusionError;
 use meltpath_thermal::pool::history::Memory;
 use meltpath_thermal::pool::moving_source::MovingSource;
 
-use super::HeatError;
 use super::settings::HeatSettings;
 
 /// How far ahead of the spot its ground is looked at, in spot diameters: a moving spot's own heat hardly reaches so far ahead.
@@ -66,8 +65,9 @@ pub(super) fn parted(
     path: &BeamPath,
     beam: Beam,
     observer: &dyn Observer,
-) -> Result<Option<Parted>, HeatError> {
-    let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
+) -> Result<Option<Parted>, GroundError> {
+    let engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded);
+    let mut engine = engine.map_err(FusionError::from)?;
     let mut spans: Vec<[f64; 2]> = Vec::new();
     let (mut length, mut hottest) = (0.0, (settings.material.solidus, [0.0; 2]));
     for (n, piece) in pieces(path, STEP * settings.spot, AHEAD * settings.spot)
@@ -77,7 +77,7 @@ pub(super) fn parted(
         if n % 64 == 0 {
             observer.check().map_err(FusionError::Cancelled)?;
         }
-        engine.advance(piece.asked)?;
+        engine.advance(piece.asked).map_err(FusionError::from)?;
         let [x, y] = piece.middle;
         let kelvin = engine.temperature(DVec3::new(x, y, 0.0));
         if kelvin < settings.material.solidus {
@@ -101,6 +101,16 @@ pub(super) fn parted(
         length,
         place: hottest.1,
     }))
+}
+
+meltpath_base::passes_on! {
+    /// Why the ground could not be told.
+    pub(super) enum GroundError {
+        /// The path.
+        Path(BeamError),
+        /// The engine.
+        Fusion(FusionError),
+    }
 }
 
 /// The lit way in pieces of about `step` mm, in their order.
