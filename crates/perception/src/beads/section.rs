@@ -360,7 +360,6 @@ mod tests {
                 let told = section.width_sigma[0].hypot(section.width_sigma[1]) / wide;
                 let off = section.width / wide - 1.0;
                 assert!(off.abs() < 2.5 * told, "{high}: {off} for {told}");
-                println!("{high}: off {off:.3}, told {told:.3}");
                 assert!(told > least, "{high}: {told}");
             }
         }

@@ -19,40 +19,10 @@ pub fn check(
     heat: &RecipeHeat,
     reporter: &Reporter,
 ) -> Check {
-    let vapour = |marks: &[Boiling]| {
-        let near = marks.iter().filter(|b| b.number > BOILING[0]);
-        near.max_by(|a, b| a.number.total_cmp(&b.number)).copied()
-    };
-    if let Some(worst) = vapour(&heat.boiling) {
-        let what = if worst.number > BOILING[1] {
-            "the surface boils and vapour digs a keyhole"
-        } else {
-            "the surface is near boiling and vapour deepens the pool"
-        };
-        reporter.warn(
-            "keyhole",
-            format!(
-                "{recipe}: {what} (boiling number {:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more; {}",
-                worst.number,
-                dug(&worst)
-            ),
-            "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
-        );
-    }
-    if heat.cut {
-        reporter.warn(
-            "heat-cut",
-            format!(
-                "{recipe}: only the first {} mm of marks were followed by the heat engine",
-                significant(settings.marks, 3)
-            ),
-            "raise heat.marks; a metre takes some ten seconds",
-        );
-    }
+    tell((settings, recipe), heat, reporter);
     // vapour excuses what it may have melted, and nothing else
     let excused = heat.bound >= settings.share;
     let worst = vapour(&heat.own);
-    let worst = worst.as_ref();
     let excuse = worst.filter(|_| excused);
     let [asked, marked, less, more] = &heat.drawings;
     let id = format!("fusion-{number}");
@@ -121,6 +91,42 @@ pub fn check(
             ..Place::at([worst.place[0], worst.place[1], 0.0])
         }),
         None => check,
+    }
+}
+
+/// The marks nearest to boiling, where these are near enough for vapour.
+fn vapour(marks: &[Boiling]) -> Option<&Boiling> {
+    let near = marks.iter().filter(|b| b.number > BOILING[0]);
+    near.max_by(|a, b| a.number.total_cmp(&b.number))
+}
+
+/// Warns of what the model does not hold.
+fn tell((settings, recipe): (&HeatSettings, &str), heat: &RecipeHeat, reporter: &Reporter) {
+    if let Some(worst) = vapour(&heat.boiling) {
+        let what = if worst.number > BOILING[1] {
+            "the surface boils and vapour digs a keyhole"
+        } else {
+            "the surface is near boiling and vapour deepens the pool"
+        };
+        reporter.warn(
+            "keyhole",
+            format!(
+                "{recipe}: {what} (boiling number {:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more; {}",
+                worst.number,
+                dug(worst)
+            ),
+            "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
+        );
+    }
+    if heat.cut {
+        reporter.warn(
+            "heat-cut",
+            format!(
+                "{recipe}: only the first {} mm of marks were followed by the heat engine",
+                significant(settings.marks, 3)
+            ),
+            "raise heat.marks; a metre takes some ten seconds",
+        );
     }
 }
 
