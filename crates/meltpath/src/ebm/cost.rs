@@ -119,7 +119,8 @@ pub(in crate::ebm) fn settle_search(plan: &mut Plan, job: &EbmJob, reporter: &Re
         return;
     };
     let seconds = judged::searched(plan, judge, how);
-    let solver_alone = matches!(how.change, Change::Current | Change::Focus);
+    let solver_alone =
+        matches!(how.change, Change::Current | Change::Focus) || how.robust.is_some();
     let Some(table) = job.optimise.as_ref() else {
         return;
     };

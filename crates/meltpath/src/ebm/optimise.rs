@@ -43,6 +43,8 @@ pub struct Optimise {
     pub orders: Vec<OrderChoice>,
     /// Rounds of learning.
     pub rounds: u32,
+    /// Drift of the power, a share, over which paths are worth the least that they do; `None` where they are worth what they do as set.
+    pub robust: Option<f64>,
     /// Least and greatest factor.
     pub bounds: [f64; 2],
     /// Length of a piece of one factor, mm.
@@ -84,6 +86,7 @@ impl Optimise {
             strategies: wanted.filter(|s| Some(pattern(*s)) != own).collect(),
             orders: table.orders.value.clone(),
             rounds: table.rounds.or_computed(r, rounds),
+            robust: table.robust.as_ref().map(|drift| drift.0),
             bounds: table.speeds.map(|s| s.0),
             piece: table.piece.or_computed(r, piece).0,
             cell: table.cell.0,
@@ -123,7 +126,8 @@ impl Optimise {
             (0 | 1, _) => 0,
             (some, _) => some as u64 * u64::from(TRIAL_ROUNDS + 1),
         };
-        trials + u64::from(self.rounds) + 1
+        let powers = self.robust.map_or(1, |_| 3);
+        powers * (trials + u64::from(self.rounds) + 1)
     }
 
     /// What is tried: the path as given, other strategies and orders.

@@ -344,9 +344,15 @@ pub fn simulate(
     }
     if let (Some(found), Some(how)) = (&found, &settings.optimise) {
         shape::tell_of_bounds(found, how.bounds, reporter);
+        if let (Some(drift), Some(round)) = (how.robust, found.rounds.get(found.kept)) {
+            shape::tell_of_drift(round, (drift, "optimise.robust"), reporter);
+        }
     }
-    if let (Some(found), Some(how)) = (&corrected, &settings.correct) {
-        shape::tell_of_drift(found, how, reporter);
+    if let (Some(found), Some(how)) = (&corrected, &settings.correct)
+        && let Some(drift) = how.robust
+    {
+        let round = &found.rounds[found.kept];
+        shape::tell_of_drift(round, (drift, "correct.robust"), reporter);
     }
     let paths_judged = judged
         .iter()
@@ -388,7 +394,18 @@ fn withdrawn(
         let shares = [share, path.runs[0].outside.share, share];
         merit(shares, job.checks.outside.0)
     });
-    if after >= before {
+    // a path that bears drift may be worse with the power as set, the only one that both were drawn with here: its shape must hold
+    let settings = &plan.settings;
+    let robust = match (&settings.correct, &settings.optimise) {
+        (Some(correct), _) => correct.robust,
+        (None, Some(optimise)) => optimise.robust,
+        (None, None) => None,
+    };
+    let kept = match robust {
+        Some(_) => after.0 || !before.0,
+        None => after >= before,
+    };
+    if kept {
         return Ok(false);
     }
     shape::tell_withdrawn(&found.given, better, reporter);

@@ -229,6 +229,8 @@ table! {
         strategies: Vec<HatchStrategy> => default([], "its own alone");
         /// Rounds of learning.
         rounds: u32 where within(0.0, 200.0) => computed("12, after which the share hardly grows; none after `predictive`");
+        /// Drift of the power, either way, with which every path is drawn too, on the judge's solver: what it is worth is the least of the three.
+        robust: Ratio where up_to(0.2) => none("a path is worth what it does with the power as set");
         /// Slowest and fastest speed, as shares of the path's own. A current or a time on spots is divided by them, a diameter multiplied.
         speeds: [Ratio; 2] where positive => default(["60 %", "300 %"], "what a deflection follows easily");
         /// Length of a piece of one speed.

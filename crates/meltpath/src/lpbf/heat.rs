@@ -8,6 +8,7 @@ mod again;
 mod beam;
 mod boiling;
 mod dwell;
+mod ground;
 mod judge;
 mod keyhole;
 mod pace;
@@ -27,6 +28,8 @@ use meltpath_thermal::solver::source::Depth;
 use again::WarmPlaces;
 use beam::{commanded, lit};
 use boiling::Boiling;
+pub use ground::OnLiquid;
+use ground::{GroundError, Parted};
 use pace::Slow;
 use standing::Standing;
 use surface::{beside, closed};
@@ -61,6 +64,15 @@ meltpath_base::passes_on! {
         Fusion(FusionError),
         /// The pool's medium.
         Engine(MovingSourceError),
+    }
+}
+
+impl From<GroundError> for HeatError {
+    fn from(error: GroundError) -> Self {
+        match error {
+            GroundError::Path(error) => HeatError::Path(error),
+            GroundError::Fusion(error) => HeatError::Fusion(error),
+        }
     }
 }
 
@@ -127,6 +139,8 @@ pub struct RecipeHeat {
     pub warm: Option<WarmPlaces>,
     /// Share of the surface that a fifth more absorbed melts through, or that lies beside marks that bring it near boiling: more is not melted.
     pub bound: f64,
+    /// What is drawn where the metal is still liquid, as marked.
+    pub liquid: Option<OnLiquid>,
     /// Whether marks were left out.
     pub cut: bool,
 }
@@ -147,15 +161,20 @@ pub(super) fn melt(
     let marked = BeamPath::new(record.points)?;
     let plain = frame(settings, &asked, [hatch, looked.choice.depth])?;
     let drawn = |name, path, share| drawn(settings, &plain, (name, path, share), observer);
-    let (first, others) = rayon::join(
+    let (first, (others, ground)) = rayon::join(
         || drawn("as commanded", &asked, 1.0),
-        || three(|name, share| drawn(name, &marked, share)),
+        || {
+            rayon::join(
+                || three(|name, share| drawn(name, &marked, share)),
+                || on_solid(settings, &plain, &marked, observer),
+            )
+        },
     );
     let [second, third, fourth] = others;
     let drawings = [first?, second?, third?, fourth?];
     Ok(told(
         settings,
-        drawings,
+        (drawings, ground?),
         (&asked, hatch),
         (looked, cut, &pace),
     ))
@@ -177,12 +196,15 @@ pub(super) fn melt_otherwise(
     let plain = frame(settings, &asked, [hatch, looked.choice.depth])?;
     let cut = record.cut;
     let marked = BeamPath::new(record.points)?;
-    let [second, third, fourth] =
-        three(|name, share| drawn(settings, &plain, (name, &marked, share), observer));
+    let (others, ground) = rayon::join(
+        || three(|name, share| drawn(settings, &plain, (name, &marked, share), observer)),
+        || on_solid(settings, &plain, &marked, observer),
+    );
+    let [second, third, fourth] = others;
     let drawings = [value.drawings[0].clone(), second?, third?, fourth?];
     Ok(told(
         settings,
-        drawings,
+        (drawings, ground?),
         (&asked, hatch),
         (looked, cut, &pace),
     ))
@@ -227,6 +249,29 @@ fn frame(
     )?)
 }
 
+/// A beam of which a share of what the job says is absorbed.
+fn beam(settings: &HeatSettings, share: f64) -> Beam {
+    Beam {
+        efficiency: share * settings.absorptivity,
+        depth: Depth::Surface,
+    }
+}
+
+/// What the marked path draws on liquid ground, and what it melts without the heat that falls there; `None` where there is no such ground.
+fn on_solid(
+    settings: &HeatSettings,
+    plain: &FusionMap,
+    marked: &BeamPath,
+    observer: &dyn Observer,
+) -> Result<Option<(Parted, Melted)>, HeatError> {
+    let Some(parted) = ground::parted(settings, marked, beam(settings, 1.0), observer)? else {
+        return Ok(None);
+    };
+    let what = ("as marked on solid ground", &parted.solid, 1.0);
+    let melted = drawn(settings, plain, what, observer)?;
+    Ok(Some((parted, melted)))
+}
+
 /// Follows a path of which a share of the heat is absorbed, on the map `plain`.
 fn drawn(
     settings: &HeatSettings,
@@ -234,10 +279,7 @@ fn drawn(
     (name, path, share): (&'static str, &BeamPath, f64),
     observer: &dyn Observer,
 ) -> Result<Melted, HeatError> {
-    let beam = Beam {
-        efficiency: share * settings.absorptivity,
-        depth: Depth::Surface,
-    };
+    let beam = beam(settings, share);
     let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
     let mut map = plain.clone();
     let following = Following {
@@ -263,7 +305,7 @@ fn drawn(
 /// Areas and shares of the drawings.
 fn told(
     settings: &HeatSettings,
-    mut drawings: [Melted; 4],
+    (mut drawings, ground): ([Melted; 4], Option<(Parted, Melted)>),
     (asked, hatch): (&BeamPath, f64),
     (looked, cut, pace): (&Looked, bool, &Pace),
 ) -> RecipeHeat {
@@ -281,11 +323,25 @@ fn told(
     let mut bound = melted[3].clone();
     let near_boiling = |way: [&BeamPoint; 2]| boiling::vapour(settings, way);
     beside(&mut bound, plain, (asked, near_boiling), 0.5 * hatch);
-    let bound = count(&mut bound.iter().zip(&surface).map(|(a, b)| *a && *b));
+    let of_surface = |cells: &[bool]| {
+        let both = cells.iter().zip(&surface).map(|(a, b)| *a && *b);
+        both.filter(|c| *c).count() as f64 / all.max(1.0)
+    };
+    let liquid = ground.map(|(parted, melted)| {
+        let without: Vec<bool> = melted.map.hotter(liquidus).collect();
+        let mut with = bound.clone();
+        beside(&mut with, plain, (&parted.liquid, |_| true), 0.5 * hatch);
+        OnLiquid {
+            length: parted.length,
+            place: parted.place,
+            without: of_surface(&without),
+            with: of_surface(&with),
+        }
+    });
+    let bound = of_surface(&bound);
     for (drawing, here) in drawings.iter_mut().zip(&melted) {
-        let inside = count(&mut here.iter().zip(&surface).map(|(a, b)| *a && *b));
         drawing.area = count(&mut here.iter().copied()) * one;
-        drawing.share = inside / all.max(1.0);
+        drawing.share = of_surface(here);
     }
     // squares have no layers
     let layered = |layer: Option<u32>| looked.choice.layer.and(layer);
@@ -312,7 +368,8 @@ fn told(
             ..s
         }),
         warm: looked.warm,
-        bound: bound / all.max(1.0),
+        bound,
+        liquid,
         drawings,
         cut,
     }

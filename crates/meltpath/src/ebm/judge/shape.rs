@@ -4,11 +4,10 @@ use meltpath_base::Reporter;
 
 use meltpath_thermal::criteria::Class;
 
-use crate::ebm::correct::Correct;
-use crate::ebm::correct::stages::Corrected;
 use crate::ebm::judge::{Judged, JudgedPath, of_all};
 use crate::ebm::optimise::Optimise;
 use crate::ebm::optimise::search::Found;
+use crate::ebm::rounds::Round;
 use crate::job::ebm::OptimiseSolver;
 
 /// Warns where a path that was looked for inside the contour melts more outside than the given one.
@@ -143,9 +142,8 @@ pub(in crate::ebm) fn tell_of_bounds(found: &Found, bounds: [f64; 2], reporter: 
 }
 
 /// Warns where paths were to be robust and the window is too narrow for it: then no place stays in it through all of the drift.
-pub(in crate::ebm) fn tell_of_drift(found: &Corrected, how: &Correct, reporter: &Reporter) {
-    let round = &found.rounds[found.kept];
-    let (Some(drift), Some([less, more])) = (how.robust, round.moves()) else {
+pub(in crate::ebm) fn tell_of_drift(round: &Round, (drift, key): (f64, &str), reporter: &Reporter) {
+    let Some([less, more]) = round.moves() else {
         return;
     };
     let half = 0.5 * (round.window[1] - round.window[0]);
@@ -157,11 +155,11 @@ pub(in crate::ebm) fn tell_of_drift(found: &Corrected, how: &Correct, reporter: 
     reporter.warn(
         "drift-beyond-window",
         format!(
-            "{percent:.1} % less and {percent:.1} % more power move the section by {less:+.0} and {more:+.0} K, half the window is {half:.0} K: whatever the currents, no place stays there with both; at least {:.1} % of it stay with each of the three powers",
+            "{percent:.1} % less and {percent:.1} % more power move the section by {less:+.0} and {more:+.0} K, half the window is {half:.0} K: whatever the path, no place stays there with both; at least {:.1} % of it stay with each of the three powers",
             100.0 * round.in_window()
         ),
         format!(
-            "a window of {moved:.0} K to either side, if the metal bears it, or a power that holds within {:.1} % (correct.robust)",
+            "a window of {moved:.0} K to either side, if the metal bears it, or a power that holds within {:.1} % ({key})",
             percent * half / moved
         ),
     );

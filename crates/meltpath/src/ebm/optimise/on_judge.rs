@@ -188,7 +188,7 @@ impl Search<'_> {
                 powers: [1.0 / greatest, 1.0 / least],
                 freedom: self.how.freedom(),
             },
-            robust: None,
+            robust: self.how.robust,
             outward: 0.0,
             aims: &[],
         };

@@ -74,6 +74,12 @@ impl EbmJob {
                     .help("leave judge.solver out, or write solver = \"charts\" or \"reference\" under [optimise]"),
             ),
             (
+                o.robust.is_some() && solver != OptimiseSolver::Judge,
+                o.robust
+                    .problem("optimise.robust draws on the judge's solver with less and with more power, and the path is looked for on another model")
+                    .help("write solver = \"judge\" under [optimise], with a window that has its place there (window.body, window.good, or model = \"solver\"), or leave robust out"),
+            ),
+            (
                 *o.change == Change::Dwell && own.is_some() && drawn.any(|s| s != HatchStrategy::Spots),
                 o.change
                     .problem("optimise.change = \"dwell\" changes the time on spots, and [hatch] or optimise.strategies draw lines")

@@ -5,10 +5,10 @@ use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 
 use meltpath_thermal::pool::keyhole::Mode;
 
-use super::RecipeHeat;
 use super::boiling::{BOILING, Boiling};
 use super::settings::HeatSettings;
 use super::weakest::{Choice, NotTold};
+use super::{OnLiquid, RecipeHeat};
 
 /// Judges a recipe, and warns of what the model does not hold. Where the surface is near boiling, pools are deeper than the model
 /// tells: what it does not melt through may be melted all the same, and nothing is said against it.
@@ -19,40 +19,10 @@ pub fn check(
     heat: &RecipeHeat,
     reporter: &Reporter,
 ) -> Check {
-    let vapour = |marks: &[Boiling]| {
-        let near = marks.iter().filter(|b| b.number > BOILING[0]);
-        near.max_by(|a, b| a.number.total_cmp(&b.number)).copied()
-    };
-    if let Some(worst) = vapour(&heat.boiling) {
-        let what = if worst.number > BOILING[1] {
-            "the surface boils and vapour digs a keyhole"
-        } else {
-            "the surface is near boiling and vapour deepens the pool"
-        };
-        reporter.warn(
-            "keyhole",
-            format!(
-                "{recipe}: {what} (boiling number {:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more; {}",
-                worst.number,
-                dug(&worst)
-            ),
-            "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
-        );
-    }
-    if heat.cut {
-        reporter.warn(
-            "heat-cut",
-            format!(
-                "{recipe}: only the first {} mm of marks were followed by the heat engine",
-                significant(settings.marks, 3)
-            ),
-            "raise heat.marks; a metre takes some ten seconds",
-        );
-    }
+    tell((settings, recipe), heat, reporter);
     // vapour excuses what it may have melted, and nothing else
     let excused = heat.bound >= settings.share;
     let worst = vapour(&heat.own);
-    let worst = worst.as_ref();
     let excuse = worst.filter(|_| excused);
     let [asked, marked, less, more] = &heat.drawings;
     let id = format!("fusion-{number}");
@@ -76,7 +46,8 @@ pub fn check(
         };
     }
     let moved = [less, more].map(|other| (marked.share - other.share).abs());
-    let value = Measure::new(100.0 * marked.share, 100.0 * moved[0].max(moved[1]), "%");
+    let sigma = 100.0 * moved[0].max(moved[1]);
+    let value = Measure::new(100.0 * marked.share, sigma, "%");
     let remedy = if asked.share < settings.share {
         "the path is too thin as commanded: a closer hatch, more power, slower marks or thinner layers"
     } else {
@@ -89,7 +60,11 @@ pub fn check(
         Limit::AtLeast(100.0 * settings.share),
     )
     .remedy(remedy);
+    let one_pool = heat
+        .liquid
+        .filter(|l| is_open(l, check.status, settings.share, sigma));
     let check = match (worst, check.status) {
+        _ if one_pool.is_some() => check,
         (Some(worst), Status::Fail | Status::Warn) if excused => unsaid(check, worst),
         (_, Status::Fail) => unless_vapour(check, worst, heat),
         (_, Status::Pass | Status::Warn) if heat.cut => Check {
@@ -107,6 +82,9 @@ pub fn check(
     if choice.not_told.is_some() && check.status == Status::CannotSay {
         return check;
     }
+    if let Some(liquid) = one_pool {
+        return of_one_pool(check, &liquid, choice);
+    }
     match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
         Some(worst) => check.at(Place {
             layer: choice.layer,
@@ -114,6 +92,73 @@ pub fn check(
         }),
         None => check,
     }
+}
+
+/// The marks nearest to boiling, where these are near enough for vapour.
+fn vapour(marks: &[Boiling]) -> Option<&Boiling> {
+    let near = marks.iter().filter(|b| b.number > BOILING[0]);
+    near.max_by(|a, b| a.number.total_cmp(&b.number))
+}
+
+/// Warns of what the model does not hold.
+fn tell((settings, recipe): (&HeatSettings, &str), heat: &RecipeHeat, reporter: &Reporter) {
+    if let Some(worst) = vapour(&heat.boiling) {
+        let what = if worst.number > BOILING[1] {
+            "the surface boils and vapour digs a keyhole"
+        } else {
+            "the surface is near boiling and vapour deepens the pool"
+        };
+        reporter.warn(
+            "keyhole",
+            format!(
+                "{recipe}: {what} (boiling number {:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more; {}",
+                worst.number,
+                dug(worst)
+            ),
+            "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
+        );
+    }
+    if heat.cut {
+        reporter.warn(
+            "heat-cut",
+            format!(
+                "{recipe}: only the first {} mm of marks were followed by the heat engine",
+                significant(settings.marks, 3)
+            ),
+            "raise heat.marks; a metre takes some ten seconds",
+        );
+    }
+}
+
+/// Whether the outcome hangs on what falls on liquid ground, of which the engine does not know what it melts: what passes has to pass without,
+/// what does not has to stay too little were all melted beside it.
+fn is_open(liquid: &OnLiquid, status: Status, share: f64, sigma: f64) -> bool {
+    match status {
+        Status::Pass => 100.0 * (liquid.without - share) <= sigma,
+        Status::Warn | Status::Fail => liquid.with >= share,
+        Status::CannotSay | Status::NotChecked => false,
+    }
+}
+
+/// The check that hangs on what falls on liquid ground.
+fn of_one_pool(check: Check, liquid: &OnLiquid, choice: &Choice) -> Check {
+    let told = format!(
+        "{} mm are drawn where the metal is still liquid before the spot comes: one pool, of which the engine does not know how deep it gets; without that heat {:.0} % are melted through, and {:.0} % if all beside it is",
+        significant(liquid.length, 2),
+        100.0 * liquid.without,
+        100.0 * liquid.with
+    );
+    let place = Place {
+        layer: choice.layer,
+        ..Place::at([liquid.place[0], liquid.place[1], 0.0])
+    };
+    Check {
+        status: Status::CannotSay,
+        ..check
+    }
+    .because(&told)
+    .at(place)
+    .remedy("draw each line once, lines farther apart, or let the place cool: other marks between, or a wait")
 }
 
 /// The check, with which of several layers it is of.

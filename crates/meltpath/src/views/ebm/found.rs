@@ -49,11 +49,21 @@ fn on_judge(found: &Found, told: &Told<'_>, plan: &Plan) -> Section {
         0 => " None was better than the path as given, which is handed back.",
         _ => "",
     };
+    let robust = plan.settings.optimise.as_ref().and_then(|o| o.robust);
+    let worth = robust
+        .zip(told.rounds.get(found.kept))
+        .map_or(String::new(), |(drift, round)| {
+            format!(
+                " A path is worth the least that it does with {:.1} % less power, as set, and with as much more: {:.1} % of the section in the window of the kept one.",
+                100.0 * drift,
+                100.0 * round.in_window()
+            )
+        });
     let cell = told.rounds.first().map_or(0.0, |round| 1e3 * round.cell);
     Section::new(
         "Better path",
         format!(
-            "Looked for on the judge's solver, on cells of {cell:.1} µm, over the whole section. Paths that melt no more than {:.1} % of its area beyond the rim (checks.outside, checks.rim) come first, of these the one with most of the section in the window.{handed}",
+            "Looked for on the judge's solver, on cells of {cell:.1} µm, over the whole section. Paths that melt no more than {:.1} % of its area beyond the rim (checks.outside, checks.rim) come first, of these the one with most of the section in the window.{handed}{worth}",
             100.0 * plan.settings.job.checks.outside.0
         ),
         vec![

@@ -154,7 +154,7 @@ impl Told<'_> {
         );
         let file = self.file;
         table.noted(&format!(
-        "Shares of all points of the section, at the depth of judge.depth; the same in {file}. Least and most over the powers that were drawn (correct.robust). Out: how far beyond the rim the edge is wanted, of what checks.outside leaves. The finer cells begin with the best round of the coarser ones."
+        "Shares of all points of the section, at the depth of judge.depth; the same in {file}. Least and most over the powers that were drawn (correct.robust, optimise.robust). Out: how far beyond the rim the edge is wanted, of what checks.outside leaves. The finer cells begin with the best round of the coarser ones."
     ))
     }
 

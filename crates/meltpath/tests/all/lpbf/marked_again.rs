@@ -108,6 +108,50 @@ fn a_line_drawn_again_and_again_is_judged_on_what_it_left() {
     );
 }
 
+/// A square of 0.9 mm: contours of the recipe's power, within them lines of 0.6 mm and `power` W to and fro, `apart` mm from one to the next,
+/// each `times` times.
+fn short_lines(power: u32, apart: f64, times: u32) -> String {
+    let mut rows = String::from(
+        "kind,x_mm,y_mm,z_mm,power_W,layer,height_mm\nstart,0,0,,,1,0.02\ncontour,0.9,0,,,1,0.02\ncontour,0.9,0.9,,,1,0.02\ncontour,0,0.9,,,1,0.02\ncontour,0,0,,,1,0.02\njump,0.15,0.15,,,1,0.02\n",
+    );
+    let lines = (0.6 / apart + 1e-9) as u32;
+    for k in 0..(lines + 1) * times {
+        let x = if k % 2 == 0 { 0.75 } else { 0.15 };
+        let y = 0.15 + apart * f64::from(k / times);
+        writeln!(rows, "fill,{x},{y},,{power},1,0.02").unwrap();
+    }
+    rows
+}
+
+/// Lines that melt enough of the layer together, drawn again or so close that the metal is still liquid between them: the engine sums their
+/// heat, and does not know what a melt does that is heated again. What lines melt on solid ground it knows.
+#[test]
+fn what_only_one_pool_melts_is_not_promised() {
+    for (power, apart, times, share, status) in [
+        (250, 0.1, 4, "85 %", Status::CannotSay),
+        (250, 0.05, 1, "75 %", Status::CannotSay),
+        // with what falls on solid ground alone it is enough
+        (250, 0.05, 1, "60 %", Status::Pass),
+        (250, 0.1, 1, "65 %", Status::Pass),
+        // too little were all molten beside them
+        (80, 0.1, 8, "85 %", Status::Fail),
+    ] {
+        let heat = HEAT.replace("85 %", share);
+        let found = told(&short_lines(power, apart, times), &heat);
+        let fusion = check(&found, "fusion-1");
+        let case = format!("{power} W, {apart} mm, {times} times, {share}: {fusion:?}");
+        assert_eq!(fusion.status, status, "{case}");
+        // the share that the engine tells is what passed before
+        let told = value(fusion) >= share.trim_end_matches(" %").parse().unwrap();
+        assert_eq!(told, status != Status::Fail, "{case}");
+        if status == Status::CannotSay {
+            says(&fusion.reason, &["still liquid", "without that heat"]);
+            let [x, y, _] = fusion.place.as_ref().unwrap().position.unwrap();
+            assert!((0.1..0.8).contains(&x) && (0.1..0.8).contains(&y), "{case}");
+        }
+    }
+}
+
 /// Vapour under the contours excuses no fill that melts nothing.
 #[test]
 fn what_boils_elsewhere_excuses_no_powder() {
