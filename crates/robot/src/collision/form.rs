@@ -111,7 +111,7 @@ impl<'a> Form<'a> {
         match self {
             Form::Round(round) => match round.at_least_to_segment(line) - radius {
                 far if far >= most => far,
-                _ => round.to_segment(line) - radius,
+                _ => round.to_segment(line, most + radius) - radius,
             },
             Form::Hull(placed) => {
                 let ends = [line.a, line.b];
@@ -131,7 +131,7 @@ impl<'a> Form<'a> {
     /// The distance of another, mm, where it is less than `most`; else no less than `most`. Of two round ones with flat ends no more than it.
     pub(super) fn apart(&self, other: &Form<'_>, most: f64) -> f64 {
         match (self, other) {
-            (Form::Round(one), Form::Round(other)) => one.apart(other),
+            (Form::Round(one), Form::Round(other)) => one.apart(other, most),
             (Form::Hull(placed), Form::Round(round)) | (Form::Round(round), Form::Hull(placed)) => {
                 placed.to_round(round, most)
             }

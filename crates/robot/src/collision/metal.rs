@@ -9,6 +9,9 @@ use super::distance::Bounds;
 use super::form::Form;
 use super::solids::Solids;
 
+/// Columns that are nearer by less are as far but for rounding, mm.
+const SAME: f64 = 1e-10;
+
 /// Metal as it stands at some time.
 #[derive(Debug, Clone)]
 pub struct Metal(Kind);
@@ -134,7 +137,8 @@ impl Columns {
         (ix, iy): (usize, usize),
         least: f64,
     ) -> f64 {
-        if least >= most {
+        // of many columns as far, such as those under a nozzle, one is looked at
+        if least >= most - SAME {
             return most;
         }
         if level == 0 {
