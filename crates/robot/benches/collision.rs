@@ -12,7 +12,7 @@ use meltpath_geometry::{Mesh, Pose};
 use meltpath_numerics::random::Random;
 use meltpath_robot::cell::{self, Cell, LinkHull, Links, Values};
 use meltpath_robot::collision::{Metal, Surroundings, room};
-use meltpath_robot::hull::Hull;
+use meltpath_robot::hull::{Excess, Hull};
 use rayon::prelude::*;
 
 const COUNT: u32 = 10_000;
@@ -75,6 +75,8 @@ fn with_meshes(cell: &Cell) -> Cell {
             Some(LinkHull {
                 link,
                 hull: Hull::of(&mesh.vertices)?,
+                pieces: Vec::new(),
+                excess: Excess::default(),
                 mesh,
                 of: String::new(),
             })

@@ -3,11 +3,17 @@
 //! A hull of few points stands for a mesh of many: it lies within the mesh's own hull, and its radius is as much as that stands out of it, so
 //! that nothing of the mesh is left out.
 
+mod cut;
+mod excess;
+mod facets;
 mod gjk;
+mod pieces;
 
 use meltpath_geometry::math::DVec3;
 
+pub use excess::Excess;
 pub(crate) use gjk::distance;
+pub use pieces::{Fineness, Pieces};
 
 /// How far a hull may stand out of the one that it stands for, mm.
 const EXACT: f64 = 0.5;
@@ -122,6 +128,11 @@ impl Hull {
         let mut size = (self.corners[7] - self.corners[0]).to_array();
         size.sort_by(f64::total_cmp);
         0.5 * size[1]
+    }
+
+    /// A point of it.
+    pub(crate) fn point(&self) -> DVec3 {
+        self.points.first().copied().unwrap_or(self.centre)
     }
 
     /// The point of its points' hull that lies farthest in a direction.

@@ -37,10 +37,10 @@ impl Metal {
 
     /// The distance of a body from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
     pub(super) fn distance(&self, form: &Form<'_>, most: f64, foot: f64) -> f64 {
-        match &self.0 {
+        form.nearest_piece(most, |form, most| match &self.0 {
             Kind::Columns(columns) => columns.distance(form, most, foot),
             Kind::Solids(solids, time) => solids.distance(form, *time, most),
-        }
+        })
     }
 }
 
