@@ -112,12 +112,18 @@ impl<'a> Form<'a> {
         }
     }
 
-    /// No more than the distance of a box, mm, and nearer to it than [`Form::at_least_to`].
-    pub(super) fn nearly_to(&self, bounds: Bounds) -> f64 {
+    /// No more than the distance of a box, mm, and nearer to it than [`Form::at_least_to`], where it is less than `most`; else no less than
+    /// `most`. Whether it is the distance itself tells [`Form::is_exact`].
+    pub(super) fn nearly_to(&self, bounds: Bounds, most: f64) -> f64 {
         match self {
             Form::Round(round) => round.nearly_to(bounds),
-            Form::Hull(placed) => placed.to_box(bounds, f64::INFINITY),
+            Form::Hull(placed) => placed.to_box(bounds, most),
         }
+    }
+
+    /// Whether what [`Form::nearly_to`] tells is the distance.
+    pub(super) fn is_exact(&self) -> bool {
+        !matches!(self, Form::Round(round) if round.ends == Ends::Flat)
     }
 
     /// The distance of a box, mm, where it is less than `most`; else no less than `most`. Zero or less where they touch.

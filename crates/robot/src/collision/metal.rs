@@ -106,7 +106,7 @@ impl Columns {
     fn distance(&self, form: &Form<'_>, most: f64, foot: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
             Some(top) => match self.column(top, (0, 0), foot) {
-                Some(all) => self.below((form, foot), most, top, (0, 0), form.nearly_to(all)),
+                Some(all) => self.below((form, foot), most, top, (0, 0), form.nearly_to(all, most)),
                 None => most,
             },
             None => most,
@@ -141,6 +141,9 @@ impl Columns {
         if least >= most - SAME {
             return most;
         }
+        if level == 0 && form.is_exact() {
+            return least;
+        }
         if level == 0 {
             let exact = self.column(0, (ix, iy), foot).map(|c| form.to_box(c, most));
             return exact.map_or(most, |exact| most.min(exact));
@@ -150,7 +153,7 @@ impl Columns {
             let column = self.column(level - 1, place, foot);
             let least = column.map_or(f64::INFINITY, |bounds| match form.at_least_to(&bounds) {
                 far if far >= most => far,
-                _ => form.nearly_to(bounds),
+                _ => form.nearly_to(bounds, most),
             });
             (place, least)
         };
