@@ -6,9 +6,9 @@ use crate::distance::Distance;
 use crate::math::DVec3;
 
 /// Directions in which a place looks.
-const DIRECTIONS: u32 = 40;
+const DIRECTIONS: u32 = 24;
 /// A place that sees the world in fewer of them lies inside: through gaps in a skin little is seen.
-const SEEN: u32 = 4;
+const SEEN: u32 = 3;
 
 /// A mesh that is asked what lies in it.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl Sight {
         self.of.nearest_face(p)
     }
 
-    /// Whether a point lies inside. One that a closed skin surrounds does; one in a hollow that is open to less than a tenth of all directions is
+    /// Whether a point lies inside. One that a closed skin surrounds does; one in a hollow that is open to less than an eighth of all directions is
     /// taken for inside, too.
     ///
     /// ```

@@ -10,6 +10,7 @@ mod gjk;
 mod pieces;
 
 use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
 
 pub use excess::Excess;
 pub(crate) use gjk::distance;
@@ -60,9 +61,9 @@ impl Hull {
         }
         let mut out: Vec<(f64, DVec3)> = all.iter().map(|p| (f64::INFINITY, *p)).collect();
         loop {
-            for (off, p) in &mut out {
-                *off = beyond(&points, *p);
-            }
+            let hull = Self::with(points.clone(), 0.0)?;
+            out.par_iter_mut()
+                .for_each(|(off, p)| *off = hull.beyond(*p));
             // what lies within stays so where points are added
             out.retain(|(off, _)| *off > 0.0);
             out.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -135,6 +136,12 @@ impl Hull {
         0.5 * size[1]
     }
 
+    /// How far a point lies beyond the hull of its points, mm; no less than it does.
+    fn beyond(&self, p: DVec3) -> f64 {
+        let told = distance(|d| self.foremost(d), |_| p, DVec3::Z, f64::INFINITY);
+        if told > 0.0 { told * (1.0 + 1e-5) } else { 0.0 }
+    }
+
     /// A point of it.
     pub(crate) fn point(&self) -> DVec3 {
         self.points.first().copied().unwrap_or(self.centre)
@@ -187,14 +194,6 @@ fn foremost(points: &[DVec3], direction: DVec3) -> Option<DVec3> {
     best.1
 }
 
-/// How far a point lies beyond the hull of others, mm.
-fn beyond(points: &[DVec3], p: DVec3) -> f64 {
-    let to = |d: DVec3| foremost(points, d).unwrap_or(p);
-    // no less than it is: what is told is no more
-    let told = distance(to, |_| p, DVec3::Z, f64::INFINITY);
-    if told > 0.0 { told * (1.0 + 1e-5) } else { 0.0 }
-}
-
 /// Directions all over the sphere, those along the axes and diagonals among them.
 fn directions() -> impl Iterator<Item = DVec3> {
     let turns = 1..=BETWEEN;
@@ -245,7 +244,7 @@ mod tests {
                 hull.radius
             );
             for p in &all {
-                let off = beyond(&hull.points, *p);
+                let off = hull.beyond(*p);
                 assert!(off <= hull.radius + 1e-9, "{off} {}", hull.radius);
             }
         }

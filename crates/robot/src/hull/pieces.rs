@@ -59,8 +59,8 @@ impl Default for Fineness {
 }
 
 /// Places that are looked at to learn whether a piece is to be split, and in the end to learn how far it stands beyond the mesh.
-const TO_SPLIT: usize = 1500;
-const TO_TELL: usize = 12_000;
+const TO_SPLIT: usize = 600;
+const TO_TELL: usize = 2500;
 
 /// A piece and its hull.
 struct Part {
@@ -146,7 +146,6 @@ mod tests {
     use meltpath_numerics::random::Random;
     use proptest::prelude::*;
 
-    use super::super::beyond;
     use super::*;
 
     const FINE: Fineness = Fineness {
@@ -168,7 +167,7 @@ mod tests {
 
     /// How far a point lies out of all hulls, mm.
     fn out(pieces: &Pieces, p: DVec3) -> f64 {
-        let off = |h: &Hull| beyond(h.points(), p) - h.radius();
+        let off = |h: &Hull| h.beyond(p) - h.radius();
         hulls(pieces).iter().map(off).fold(f64::INFINITY, f64::min)
     }
 
@@ -219,7 +218,7 @@ mod tests {
                 "{}",
                 out(&pieces, gap)
             );
-            assert_eq!(beyond(pieces.whole.points(), gap), 0.0);
+            assert_eq!(pieces.whole.beyond(gap), 0.0);
         }
         let whole = Pieces::of(
             &fork(),
@@ -306,7 +305,7 @@ mod tests {
                     let at = |t: f64| centre + t * way.normalize_or(DVec3::X);
                     while high - low > 1e-6 {
                         let middle = f64::midpoint(low, high);
-                        if beyond(hull.points(), at(middle)) > 0.0 {
+                        if hull.beyond(at(middle)) > 0.0 {
                             high = middle;
                         } else {
                             low = middle;
