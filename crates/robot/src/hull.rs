@@ -153,18 +153,19 @@ impl Hull {
         let mut of = [0_u32; LANES];
         // a loop without branches, of which the compiler makes vector instructions
         for (number, [x, y, z]) in (0_u32..).zip(&self.blocks) {
-            for lane in 0..LANES {
-                let along = x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z;
-                let farther = along > best[lane];
-                best[lane] = if farther { along } else { best[lane] };
-                of[lane] = if farther { number } else { of[lane] };
+            let points = x.iter().zip(y).zip(z);
+            for ((best, of), ((x, y), z)) in best.iter_mut().zip(&mut of).zip(points) {
+                let along = x * direction.x + y * direction.y + z * direction.z;
+                let farther = along > *best;
+                *best = if farther { along } else { *best };
+                *of = if farther { number } else { *of };
             }
         }
         let mut first = 0;
-        for lane in 1..LANES {
+        for (lane, (far, number)) in best.iter().zip(&of).enumerate() {
             // of those as far the first, as they come
-            let same = best[lane] == best[first] && of[lane] < of[first];
-            if best[lane] > best[first] || same {
+            let same = *far == best[first] && *number < of[first];
+            if *far > best[first] || same {
                 first = lane;
             }
         }
