@@ -209,8 +209,21 @@ impl Bvh {
 
     /// Calls `visit` for every triangle whose leaf the ray may meet ahead of `origin`.
     pub(crate) fn along_ray(&self, origin: DVec3, direction: DVec3, mut visit: impl FnMut(u32)) {
+        self.any_along_ray(origin, direction, |t| {
+            visit(t);
+            false
+        });
+    }
+
+    /// Whether any of the triangles whose leaf the ray may meet ahead of `origin` is what `is` asks for.
+    pub(crate) fn any_along_ray(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        mut is: impl FnMut(u32) -> bool,
+    ) -> bool {
         if self.order.is_empty() {
-            return;
+            return false;
         }
         let inverse = direction.recip();
         let mut stack = vec![1];
@@ -220,13 +233,28 @@ impl Bvh {
             }
             if node < self.leaves {
                 stack.extend([2 * node + 1, 2 * node]);
-            } else {
-                self.leaf(node - self.leaves).iter().for_each(|&t| visit(t));
+            } else if self.leaf(node - self.leaves).iter().any(|&t| is(t)) {
+                return true;
             }
         }
+        false
     }
 }
 
+/// Whether a ray meets a triangle ahead of its origin (Möller & Trumbore 1997).
+pub(crate) fn meets([a, b, c]: &[DVec3; 3], origin: DVec3, direction: DVec3) -> bool {
+    let (e1, e2) = (b - a, c - a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    if determinant == 0.0 {
+        return false;
+    }
+    let s = (origin - a) / determinant;
+    let u = s.dot(p);
+    let q = s.cross(e1);
+    let v = direction.dot(q);
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && e2.dot(q) > 0.0
+}
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,7 +4,7 @@
 //! sharp edges too. The mesh is closed and its triangles show outwards, as repaired parts do. An open one has two sides as far as its
 //! rims; beyond them it can be taken to go on along its tangent.
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, meets};
 use crate::math::DVec3;
 use crate::topology::{edges, half_edges};
 use crate::{Mesh, topology::is_degenerate};
@@ -97,12 +97,12 @@ impl Distance {
 
     /// The nearest place; `None` of an empty mesh, or where the point is not finite.
     pub fn foot(&self, p: DVec3) -> Option<Foot> {
-        self.nearest(p).map(|on| Foot::from(on, p))
+        self.nearest(p).map(|(_, on)| Foot::from(on, p))
     }
 
     /// The same of a mesh that goes on beyond its rims along its tangent there: what is nearest to a rim is as far as that plane.
     pub fn foot_beyond(&self, p: DVec3) -> Option<Foot> {
-        let on = self.nearest(p)?;
+        let (_, on) = self.nearest(p)?;
         if !on.rim {
             return Some(Foot::from(on, p));
         }
@@ -115,18 +115,31 @@ impl Distance {
         })
     }
 
-    fn nearest(&self, p: DVec3) -> Option<On> {
-        let mut best: Option<(f64, On)> = None;
+    /// The corners of the nearest triangle, and how far it is on either side, mm.
+    pub(crate) fn nearest_face(&self, p: DVec3) -> Option<([DVec3; 3], f64)> {
+        let (t, on) = self.nearest(p)?;
+        Some((self.mesh.corners(t as usize), on.point.distance(p)))
+    }
+
+    /// Whether a ray meets it ahead of its origin.
+    pub(crate) fn is_met(&self, origin: DVec3, direction: DVec3) -> bool {
+        self.tree.any_along_ray(origin, direction, |t| {
+            meets(&self.mesh.corners(t as usize), origin, direction)
+        })
+    }
+
+    fn nearest(&self, p: DVec3) -> Option<(u32, On)> {
+        let mut best: Option<(f64, u32, On)> = None;
         self.tree.nearest(p, |t| {
             let on = self.on_triangle(t, p);
             let squared = on.point.distance_squared(p);
             let near = best.map_or(f64::INFINITY, |b| b.0);
             if squared < near {
-                best = Some((squared, on));
+                best = Some((squared, t, on));
             }
             near.min(squared)
         });
-        best.map(|b| b.1)
+        best.map(|(_, t, on)| (t, on))
     }
 
     /// The nearest point of a triangle, and the normal over the face, side or corner on which it lies (Ericson 2005, § 5.1.5).

@@ -26,6 +26,7 @@ pub mod section;
 pub mod segments;
 pub mod shapes;
 pub mod sheet;
+pub mod sight;
 pub mod step;
 mod topology;
 pub mod union;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_data::robots;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_geometry::shapes::revolve;
+use meltpath_geometry::shapes::{revolve, tube};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Mesh, Pose};
 use meltpath_numerics::random::Random;
 use meltpath_robot::cell::{self, Cell, LinkHull, Links, Values};
 use meltpath_robot::collision::{Metal, Surroundings, room};
-use meltpath_robot::hull::Hull;
+use meltpath_robot::hull::{Excess, Fineness, Hull, Pieces};
 use rayon::prelude::*;
 
 const COUNT: u32 = 10_000;
@@ -75,6 +75,8 @@ fn with_meshes(cell: &Cell) -> Cell {
             Some(LinkHull {
                 link,
                 hull: Hull::of(&mesh.vertices)?,
+                pieces: Vec::new(),
+                excess: Excess::default(),
                 mesh,
                 of: String::new(),
             })
@@ -101,7 +103,7 @@ fn places(cell: &Cell, near: bool) -> Vec<Values> {
         }
         let mut somewhere = |far: f64| random.between(-far, far);
         let tip = DVec3::new(somewhere(150.0), somewhere(150.0), 80.0 + somewhere(80.0));
-        let tip = Pose::of_tool(tip, DVec3::NEG_Z, somewhere(3.1));
+        let tip = Pose::of_tool(tip, DVec3::Z, somewhere(3.1));
         let flange = cell.base_from_flange(tip, &rest);
         if let Ok(ways) = cell.arm.inverse(flange)
             && let Some(way) = ways.solutions.first()
@@ -147,5 +149,22 @@ fn collision(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, collision);
+/// A ring of 200,000 triangles in convex pieces.
+fn pieces(c: &mut Criterion) {
+    let (rings, sides) = (500, 200);
+    let torus = tube(rings, sides, |along, around| {
+        let [a, b] = [along, around].map(|share| std::f64::consts::TAU * share);
+        let out = 150.0 + 40.0 * b.cos();
+        DVec3::new(out * a.cos(), out * a.sin(), 40.0 * b.sin())
+    });
+    let mut group = c.benchmark_group("pieces");
+    group.sample_size(10);
+    let name = format!("ring of {} triangles", torus.triangles.len());
+    group.bench_function(name, |b| {
+        b.iter(|| Pieces::of(&torus, Fineness::default()).map(|p| p.excess.most));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, collision, pieces);
 criterion_main!(benches);

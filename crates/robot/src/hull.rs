@@ -3,16 +3,25 @@
 //! A hull of few points stands for a mesh of many: it lies within the mesh's own hull, and its radius is as much as that stands out of it, so
 //! that nothing of the mesh is left out.
 
+mod cut;
+mod excess;
+mod facets;
 mod gjk;
+mod pieces;
 
 use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
 
+pub use excess::Excess;
 pub(crate) use gjk::distance;
+pub use pieces::{Fineness, Pieces};
 
 /// How far a hull may stand out of the one that it stands for, mm.
 const EXACT: f64 = 0.5;
 /// The most points of a hull: the search for the foremost goes through all.
 const MOST: usize = 160;
+/// Points whose coordinates lie side by side.
+const LANES: usize = 8;
 /// Directions on a turn of the sphere from which points are taken first, and turns between the poles.
 const AROUND: u32 = 16;
 const BETWEEN: u32 = 7;
@@ -21,6 +30,8 @@ const BETWEEN: u32 = 7;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hull {
     points: Vec<DVec3>,
+    /// The same side by side: coordinates of [`LANES`] points, the last filled up with copies.
+    blocks: Vec<[[f64; LANES]; 3]>,
     /// How far it goes beyond the hull of its points.
     radius: f64,
     /// The ball around it.
@@ -50,9 +61,9 @@ impl Hull {
         }
         let mut out: Vec<(f64, DVec3)> = all.iter().map(|p| (f64::INFINITY, *p)).collect();
         loop {
-            for (off, p) in &mut out {
-                *off = beyond(&points, *p);
-            }
+            let hull = Self::with(points.clone(), 0.0)?;
+            out.par_iter_mut()
+                .for_each(|(off, p)| *off = hull.beyond(*p));
             // what lies within stays so where points are added
             out.retain(|(off, _)| *off > 0.0);
             out.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -86,6 +97,7 @@ impl Hull {
             reach: far.fold(0.0, f64::max) + radius,
             centre,
             corners: std::array::from_fn(corner),
+            blocks: blocks(&points),
             points,
             radius,
         })
@@ -124,10 +136,51 @@ impl Hull {
         0.5 * size[1]
     }
 
+    /// How far a point lies beyond the hull of its points, mm; no less than it does.
+    fn beyond(&self, p: DVec3) -> f64 {
+        let told = distance(|d| self.foremost(d), |_| p, DVec3::Z, f64::INFINITY);
+        if told > 0.0 { told * (1.0 + 1e-5) } else { 0.0 }
+    }
+
+    /// A point of it.
+    pub(crate) fn point(&self) -> DVec3 {
+        self.points.first().copied().unwrap_or(self.centre)
+    }
+
     /// The point of its points' hull that lies farthest in a direction.
     pub(crate) fn foremost(&self, direction: DVec3) -> DVec3 {
-        foremost(&self.points, direction).unwrap_or(self.centre)
+        let mut best = [f64::NEG_INFINITY; LANES];
+        let mut of = [0_u32; LANES];
+        // a loop without branches, of which the compiler makes vector instructions
+        for (number, [x, y, z]) in (0_u32..).zip(&self.blocks) {
+            let points = x.iter().zip(y).zip(z);
+            for ((best, of), ((x, y), z)) in best.iter_mut().zip(&mut of).zip(points) {
+                let along = x * direction.x + y * direction.y + z * direction.z;
+                let farther = along > *best;
+                *best = if farther { along } else { *best };
+                *of = if farther { number } else { *of };
+            }
+        }
+        let mut first = 0;
+        for (lane, (far, number)) in best.iter().zip(&of).enumerate() {
+            // of those as far the first, as they come
+            let same = *far == best[first] && *number < of[first];
+            if *far > best[first] || same {
+                first = lane;
+            }
+        }
+        let found = of[first] as usize * LANES + first;
+        self.points.get(found).copied().unwrap_or(self.centre)
     }
+}
+
+/// Points side by side.
+fn blocks(points: &[DVec3]) -> Vec<[[f64; LANES]; 3]> {
+    let chunk = |all: &[DVec3]| {
+        let at = |lane: usize, axis: usize| all[lane.min(all.len() - 1)][axis];
+        std::array::from_fn(|axis| std::array::from_fn(|lane| at(lane, axis)))
+    };
+    points.chunks(LANES).map(chunk).collect()
 }
 
 /// The point that lies farthest in a direction.
@@ -140,14 +193,6 @@ fn foremost(points: &[DVec3], direction: DVec3) -> Option<DVec3> {
         }
     }
     best.1
-}
-
-/// How far a point lies beyond the hull of others, mm.
-fn beyond(points: &[DVec3], p: DVec3) -> f64 {
-    let to = |d: DVec3| foremost(points, d).unwrap_or(p);
-    // no less than it is: what is told is no more
-    let told = distance(to, |_| p, DVec3::Z, f64::INFINITY);
-    if told > 0.0 { told * (1.0 + 1e-5) } else { 0.0 }
 }
 
 /// Directions all over the sphere, those along the axes and diagonals among them.
@@ -200,7 +245,7 @@ mod tests {
                 hull.radius
             );
             for p in &all {
-                let off = beyond(&hull.points, *p);
+                let off = hull.beyond(*p);
                 assert!(off <= hull.radius + 1e-9, "{off} {}", hull.radius);
             }
         }
@@ -209,6 +254,22 @@ mod tests {
         assert_eq!((point.points.len(), point.radius), (1, 0.0));
         let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.3, 0.3, 0.0)];
         assert_eq!(Hull::of(&flat).unwrap().points.len(), 3);
+    }
+
+    /// Side by side as one by one.
+    #[test]
+    fn the_foremost_point_is_found_side_by_side() {
+        let mut random = Random::new(9);
+        for count in [1, 2, 3, 7, 8, 9, 15, 16, 17, 159, 160] {
+            let mut all: Vec<DVec3> = (0..count).map(|_| point(&mut random, 50.0)).collect();
+            // some twice
+            all[count / 2] = all[0];
+            let hull = Hull::with(all.clone(), 0.0).unwrap();
+            for _ in 0..200 {
+                let direction = point(&mut random, 1.0);
+                assert_eq!(Some(hull.foremost(direction)), foremost(&all, direction));
+            }
+        }
     }
 
     /// Boxes have distances in closed form.

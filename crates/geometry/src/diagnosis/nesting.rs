@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::Shell;
 use crate::{
     Mesh,
-    bvh::Bvh,
+    bvh::{Bvh, meets},
     math::DVec3,
     topology::{NO_SHELL, Shells},
 };
@@ -59,19 +59,4 @@ pub(crate) fn parents(
                 })
         })
         .collect()
-}
-
-/// Whether a ray meets a triangle ahead of its origin (Möller & Trumbore 1997).
-fn meets([a, b, c]: &[DVec3; 3], origin: DVec3, direction: DVec3) -> bool {
-    let (e1, e2) = (b - a, c - a);
-    let p = direction.cross(e2);
-    let determinant = e1.dot(p);
-    if determinant == 0.0 {
-        return false;
-    }
-    let s = (origin - a) / determinant;
-    let u = s.dot(p);
-    let q = s.cross(e1);
-    let v = direction.dot(q);
-    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && e2.dot(q) > 0.0
 }

@@ -3,6 +3,7 @@
 use meltpath_base::number::significant;
 use meltpath_geometry::Pose;
 use meltpath_robot::cell::{Arrangement, Cell, LinkHull, Links, Source, Touched, Values};
+use meltpath_robot::hull::Hull;
 use meltpath_robot::kinematics::{Chain, Geometry, Joint, JointKind};
 
 /// What a cell holds, in lines.
@@ -81,7 +82,7 @@ fn links(cell: &Cell) -> Vec<String> {
             lines.push("its shapes are not used: shapes.links tells the links".to_owned());
         }
         Some(Links::Hulls(hulls)) => {
-            lines.push("links as convex hulls of its shapes, for collisions:".to_owned());
+            lines.push("links as convex hulls of pieces of its shapes, for collisions:".to_owned());
             lines.extend(hulls.iter().map(hull));
         }
     }
@@ -93,17 +94,22 @@ fn hull(body: &LinkHull) -> String {
         0 => "base".to_owned(),
         n => format!("link {n}"),
     };
-    let thicker = match body.hull.radius() {
-        radius if radius > 0.05 && body.hull.points().len() > 1 => {
-            format!(", up to {} mm too thick", whole(radius))
-        }
+    let beyond = match body.excess.most {
+        most if most > 0.05 => format!(
+            ", up to {} mm beyond it",
+            whole((most * 10.0).ceil() / 10.0)
+        ),
         _ => String::new(),
     };
+    let points = |hulls: &[Hull]| -> usize { hulls.iter().map(|h| h.points().len()).sum() };
+    let hulls = match body.pieces.len() {
+        0 => format!("a hull of {} points", body.hull.points().len()),
+        count => format!("{count} hulls of {} points together", points(&body.pieces)),
+    };
     format!(
-        "  {link}: {}, {} triangles, a hull of {} points{thicker}",
+        "  {link}: {}, {} triangles, {hulls}{beyond}",
         body.of,
         body.mesh.triangles.len(),
-        body.hull.points().len()
     )
 }
 
@@ -183,7 +189,10 @@ fn source(source: &Source) -> String {
 #[cfg(test)]
 mod tests {
     use meltpath_data::{find, robots};
-    use meltpath_robot::cell;
+    use meltpath_geometry::math::DVec3;
+    use meltpath_geometry::shapes::cuboid;
+    use meltpath_robot::cell::{self, LinkHull};
+    use meltpath_robot::hull::{Excess, Fineness, Pieces};
 
     use super::lines;
 
@@ -202,5 +211,34 @@ mod tests {
         ] {
             assert!(told.contains(part), "{part} is not in\n{told}");
         }
+    }
+
+    /// A link in pieces, and one that is as it is.
+    #[test]
+    fn links_are_told_with_their_pieces() {
+        let mut fork = cuboid(DVec3::ZERO, DVec3::new(100.0, 20.0, 20.0));
+        fork.add(&cuboid(DVec3::ZERO, DVec3::new(20.0, 20.0, 90.0)));
+        let taken = Pieces::of(&fork, Fineness::default()).unwrap();
+        let mut body = LinkHull {
+            link: 3,
+            hull: taken.whole,
+            pieces: taken.pieces,
+            excess: Excess {
+                most: 3.21,
+                ..taken.excess
+            },
+            mesh: fork,
+            of: "fork: fork.stl".to_owned(),
+        };
+        assert_eq!(
+            super::hull(&body),
+            "  link 3: fork: fork.stl, 24 triangles, 2 hulls of 16 points together, up to 3.3 mm beyond it"
+        );
+        (body.pieces, body.excess) = (Vec::new(), Excess::default());
+        let told = super::hull(&body);
+        assert!(
+            told.contains("24 triangles, a hull of ") && told.ends_with("points"),
+            "{told}"
+        );
     }
 }

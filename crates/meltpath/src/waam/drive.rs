@@ -9,6 +9,7 @@ pub(crate) mod division;
 pub(crate) mod driven;
 pub(crate) mod expected;
 pub(crate) mod film;
+mod held_as;
 pub(crate) mod hold;
 pub(crate) mod joint_moves;
 pub(crate) mod key_moments;

@@ -6,7 +6,7 @@ use meltpath_base::choice;
 use meltpath_geometry::{Mesh, Pose};
 
 use super::urdf::Named;
-use crate::hull::Hull;
+use crate::hull::{Excess, Hull};
 use crate::kinematics::{Arm, Chain, Joint, JointKind, Limits};
 
 /// So far, rad, chosen axes of a positioner keep from their limits; verdicts ask for 2°.
@@ -69,7 +69,7 @@ impl Touched {
 pub enum Links {
     /// Radius of each, from its joint to the next, the last to the flange, mm.
     Bars([f64; 6]),
-    /// Convex hulls of the bodies that its URDF tells.
+    /// Convex hulls of the bodies that its URDF tells, and of their pieces.
     Hulls(Arc<[LinkHull]>),
 }
 
@@ -80,6 +80,10 @@ pub struct LinkHull {
     pub link: u8,
     /// Its hull in the frame of the link's joint, of the base for 0.
     pub hull: Hull,
+    /// Hulls of its pieces, which together hold all of it; none where the hull itself will do.
+    pub pieces: Vec<Hull>,
+    /// How far these, or the hull, stand beyond the body.
+    pub excess: Excess,
     /// The body itself, in the same frame.
     pub mesh: Mesh,
     /// What it is: the link of the URDF, and the file.

@@ -118,7 +118,7 @@ pub(super) fn bars<'a>(cell: &Cell, shapes: &'a Shapes, values: &Values) -> Vec<
             for of in hulls.iter() {
                 let joint = usize::from(of.link).checked_sub(1);
                 let frame = joint.and_then(|j| of_joints.get(j)).copied();
-                let form = Form::of_hull(&of.hull, frame.unwrap_or(Pose::IDENTITY));
+                let form = Form::of_hull(&of.hull, &of.pieces, frame.unwrap_or(Pose::IDENTITY));
                 add((Body::Link(of.link), form));
             }
         }

@@ -51,14 +51,47 @@ impl Bounds {
             .max(centre.distance(from) - half.length())
     }
 
-    /// The distance of a segment, mm. That of its points is convex along it: the least is found by sections.
+    /// The distance of a segment, mm: exact. The square of that of its points is convex along it, and of the second degree between the places
+    /// where it passes the planes of the box's sides.
     pub(super) fn to_segment(self, segment: &Segment) -> f64 {
+        let way = segment.b - segment.a;
+        let at = |t: f64| segment.a.lerp(segment.b, t);
+        // how fast half the square grows along it
+        let growth = |t: f64| {
+            let p = at(t);
+            way.dot(p - p.clamp(self.low, self.high))
+        };
         let ends = self.to_point(segment.a).min(self.to_point(segment.b));
-        if ends <= self.at_least_to(segment) {
+        let (mut low, mut high) = ((0.0, growth(0.0)), (1.0, growth(1.0)));
+        if low.1 >= 0.0 || high.1 <= 0.0 || ends <= self.at_least_to(segment) {
             return ends;
         }
-        let at = |t: f64| self.to_point(segment.a.lerp(segment.b, t));
-        least_along(at).min(ends)
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        for i in 0..3 {
+            if way[i] == 0.0 {
+                let beside = segment.a[i] < self.low[i] || segment.a[i] > self.high[i];
+                enter = if beside { f64::INFINITY } else { enter };
+                continue;
+            }
+            let sides = [self.low[i], self.high[i]].map(|side| (side - segment.a[i]) / way[i]);
+            enter = enter.max(sides[0].min(sides[1]));
+            leave = leave.min(sides[0].max(sides[1]));
+            for t in sides {
+                if t > low.0 && t < high.0 {
+                    match growth(t) {
+                        here if here <= 0.0 => low = (t, here),
+                        here => high = (t, here),
+                    }
+                }
+            }
+        }
+        if enter <= leave {
+            return 0.0;
+        }
+        // nothing is passed between these: it grows evenly
+        let share = low.1 / (low.1 - high.1);
+        let least = low.0 + (high.0 - low.0) * share.clamp(0.0, 1.0);
+        self.to_point(at(least)).min(ends)
     }
 }
 

@@ -21,6 +21,8 @@ pub(super) enum Form<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Placed<'a> {
     hull: &'a Hull,
+    /// Hulls of what it is made of; none where it is but one.
+    pieces: &'a [Hull],
     at: Pose,
     /// The centre of the ball around it.
     centre: DVec3,
@@ -28,10 +30,12 @@ pub(super) struct Placed<'a> {
 }
 
 impl<'a> Form<'a> {
-    pub(super) fn of_hull(hull: &'a Hull, at: Pose) -> Self {
+    /// A hull, or hulls of pieces that lie in it.
+    pub(super) fn of_hull(hull: &'a Hull, pieces: &'a [Hull], at: Pose) -> Self {
         let (centre, reach) = hull.ball();
         Form::Hull(Placed {
             hull,
+            pieces,
             at,
             centre: at.point(centre),
             reach,
@@ -45,15 +49,33 @@ impl<'a> Form<'a> {
                 a: other_from_frame.point(round.line.a),
                 b: other_from_frame.point(round.line.b),
             })),
-            Form::Hull(placed) => Self::of_hull(placed.hull, other_from_frame.then(placed.at)),
+            Form::Hull(placed) => {
+                let at = other_from_frame.then(placed.at);
+                Self::of_hull(placed.hull, placed.pieces, at)
+            }
         }
     }
 
-    /// A point of it.
+    /// The least distance that any of its pieces has by `distance`, which tells it up to a most, mm, where it is less than `most`; else no less
+    /// than `most`. They are asked where all of it is not far enough.
+    pub(super) fn nearest_piece(&self, most: f64, distance: impl Fn(&Form<'a>, f64) -> f64) -> f64 {
+        let Form::Hull(placed) = self else {
+            return distance(self, most);
+        };
+        let single = |hull: &'a Hull| Self::of_hull(hull, &[], placed.at);
+        let far = distance(&single(placed.hull), most);
+        if placed.pieces.is_empty() || far >= most {
+            return far;
+        }
+        let pieces = placed.pieces.iter().map(single);
+        pieces.fold(most, |least, piece| least.min(distance(&piece, least)))
+    }
+
+    /// A point of it, or of its pieces' hull.
     pub(super) fn point(&self) -> DVec3 {
         match self {
             Form::Round(round) => round.line.a,
-            Form::Hull(placed) => placed.centre,
+            Form::Hull(placed) => placed.at.point(placed.hull.point()),
         }
     }
 
@@ -90,12 +112,18 @@ impl<'a> Form<'a> {
         }
     }
 
-    /// No more than the distance of a box, mm, and nearer to it than [`Form::at_least_to`].
-    pub(super) fn nearly_to(&self, bounds: Bounds) -> f64 {
+    /// No more than the distance of a box, mm, and nearer to it than [`Form::at_least_to`], where it is less than `most`; else no less than
+    /// `most`. Whether it is the distance itself tells [`Form::is_exact`].
+    pub(super) fn nearly_to(&self, bounds: Bounds, most: f64) -> f64 {
         match self {
             Form::Round(round) => round.nearly_to(bounds),
-            Form::Hull(placed) => placed.to_box(bounds, f64::INFINITY),
+            Form::Hull(placed) => placed.to_box(bounds, most),
         }
+    }
+
+    /// Whether what [`Form::nearly_to`] tells is the distance.
+    pub(super) fn is_exact(&self) -> bool {
+        !matches!(self, Form::Round(round) if round.ends == Ends::Flat)
     }
 
     /// The distance of a box, mm, where it is less than `most`; else no less than `most`. Zero or less where they touch.
@@ -111,7 +139,7 @@ impl<'a> Form<'a> {
         match self {
             Form::Round(round) => match round.at_least_to_segment(line) - radius {
                 far if far >= most => far,
-                _ => round.to_segment(line) - radius,
+                _ => round.to_segment(line, most + radius) - radius,
             },
             Form::Hull(placed) => {
                 let ends = [line.a, line.b];
@@ -130,8 +158,15 @@ impl<'a> Form<'a> {
 
     /// The distance of another, mm, where it is less than `most`; else no less than `most`. Of two round ones with flat ends no more than it.
     pub(super) fn apart(&self, other: &Form<'_>, most: f64) -> f64 {
+        self.nearest_piece(most, |one, most| {
+            other.nearest_piece(most, |other, most| one.single_apart(other, most))
+        })
+    }
+
+    /// The same of what is one body each.
+    fn single_apart(&self, other: &Form<'_>, most: f64) -> f64 {
         match (self, other) {
-            (Form::Round(one), Form::Round(other)) => one.apart(other),
+            (Form::Round(one), Form::Round(other)) => one.apart(other, most),
             (Form::Hull(placed), Form::Round(round)) | (Form::Round(round), Form::Hull(placed)) => {
                 placed.to_round(round, most)
             }

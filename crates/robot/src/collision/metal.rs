@@ -9,6 +9,9 @@ use super::distance::Bounds;
 use super::form::Form;
 use super::solids::Solids;
 
+/// Columns that are nearer by less are as far but for rounding, mm.
+const SAME: f64 = 1e-10;
+
 /// Metal as it stands at some time.
 #[derive(Debug, Clone)]
 pub struct Metal(Kind);
@@ -34,10 +37,10 @@ impl Metal {
 
     /// The distance of a body from the metal, mm, where it is less than `most`; else no less than `most`. Columns go down to `foot`.
     pub(super) fn distance(&self, form: &Form<'_>, most: f64, foot: f64) -> f64 {
-        match &self.0 {
+        form.nearest_piece(most, |form, most| match &self.0 {
             Kind::Columns(columns) => columns.distance(form, most, foot),
             Kind::Solids(solids, time) => solids.distance(form, *time, most),
-        }
+        })
     }
 }
 
@@ -103,7 +106,7 @@ impl Columns {
     fn distance(&self, form: &Form<'_>, most: f64, foot: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
             Some(top) => match self.column(top, (0, 0), foot) {
-                Some(all) => self.below((form, foot), most, top, (0, 0), form.nearly_to(all)),
+                Some(all) => self.below((form, foot), most, top, (0, 0), form.nearly_to(all, most)),
                 None => most,
             },
             None => most,
@@ -134,8 +137,12 @@ impl Columns {
         (ix, iy): (usize, usize),
         least: f64,
     ) -> f64 {
-        if least >= most {
+        // of many columns as far, such as those under a nozzle, one is looked at
+        if least >= most - SAME {
             return most;
+        }
+        if level == 0 && form.is_exact() {
+            return least;
         }
         if level == 0 {
             let exact = self.column(0, (ix, iy), foot).map(|c| form.to_box(c, most));
@@ -146,7 +153,7 @@ impl Columns {
             let column = self.column(level - 1, place, foot);
             let least = column.map_or(f64::INFINITY, |bounds| match form.at_least_to(&bounds) {
                 far if far >= most => far,
-                _ => form.nearly_to(bounds),
+                _ => form.nearly_to(bounds, most),
             });
             (place, least)
         };

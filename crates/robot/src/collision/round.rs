@@ -7,6 +7,11 @@ use super::distance::{Bounds, Segment, between, least_along};
 /// How far below something sides of a box are looked at that lie at infinity, mm.
 const DEEP: f64 = 100.0;
 
+/// How exactly the least distance along a segment is found, mm.
+const EXACT: f64 = 1e-11;
+/// Places of a segment that are looked at for it, at most.
+const STEPS: u32 = 100;
+
 /// How much a radius counts where something round with flat ends turns: followed without its turn about its line, a point beside the line
 /// bends by that of the line and by that of its direction, each a radius at most.
 pub(super) const BESIDE: f64 = 2.0;
@@ -69,7 +74,7 @@ impl Round {
         let aside = (from - along * ahead).length() - self.radius;
         let beyond = along.max(-along - self.line.a.distance(self.line.b));
         if aside > 0.0 && beyond > 0.0 {
-            aside.hypot(beyond)
+            (aside * aside + beyond * beyond).sqrt()
         } else {
             aside.max(beyond)
         }
@@ -99,19 +104,53 @@ impl Round {
         }
     }
 
-    /// The distance of a segment, mm; below zero where it goes through. That of its points is convex along it: the least is found by sections.
-    pub(super) fn to_segment(self, segment: &Segment) -> f64 {
+    /// The distance of a segment, mm, where it is less than `most`; else no less than `most`. Below zero where it goes through.
+    pub(super) fn to_segment(self, segment: &Segment, most: f64) -> f64 {
         match self.ends {
             Ends::Round => between(&self.line, segment) - self.radius,
-            Ends::Flat => {
-                let ends = self.to_point(segment.a).min(self.to_point(segment.b));
-                if ends <= self.at_least_to_segment(segment) {
-                    return ends;
-                }
+            Ends::Flat => self.flat_to_segment(segment, most),
+        }
+    }
+
+    /// The same with flat ends. That of its points is convex along it: its tangents at two places bound what is between, and the place where it
+    /// no longer falls is looked for by secants and where the tangents meet.
+    fn flat_to_segment(self, segment: &Segment, most: f64) -> f64 {
+        let along = Along::of(&self, segment);
+        let ([mut low, mut high], best) = {
+            let ends = [0.0, 1.0].map(|t| along.at(t));
+            (ends, ends[0].distance.min(ends[1].distance))
+        };
+        let (mut best, mut pull) = (best, [low.growth, high.growth]);
+        for step in 0..STEPS {
+            if best <= 0.0 {
+                // how deep it lies is another function
                 let at = |t: f64| self.to_point(segment.a.lerp(segment.b, t));
-                least_along(at).min(ends)
+                return least_along(at).min(best);
+            }
+            if low.growth >= 0.0 || high.growth <= 0.0 {
+                return best;
+            }
+            let [a, b] = [low, high].map(|p| p.distance - p.growth * p.t);
+            let meet = (b - a) / (low.growth - high.growth);
+            let bound = a + low.growth * meet;
+            if bound >= most || best - bound <= EXACT {
+                return best;
+            }
+            let secant = low.t + (high.t - low.t) * pull[0] / (pull[0] - pull[1]);
+            let t = if step % 3 == 2 { meet } else { secant };
+            if t <= low.t || t >= high.t {
+                return best;
+            }
+            let new = along.at(t);
+            best = best.min(new.distance);
+            // an end that stays draws less and less, or the other would creep
+            if new.growth <= 0.0 {
+                (low, pull) = (new, [new.growth, 0.5 * pull[1]]);
+            } else {
+                (high, pull) = (new, [0.5 * pull[0], new.growth]);
             }
         }
+        best
     }
 
     /// No more than the distance of a segment, mm.
@@ -196,7 +235,7 @@ impl Round {
             if self.at_least_to_segment(&side) >= least {
                 return least;
             }
-            least.min(self.to_segment(&side))
+            least.min(self.to_segment(&side, least))
         });
         let &[a, b, c, ..] = corners else {
             return least;
@@ -225,13 +264,76 @@ impl Round {
         }
     }
 
-    /// The distance of another, mm; of two with flat ends no more than it.
-    pub(super) fn apart(&self, other: &Round) -> f64 {
-        let of = |one: &Round, other: &Round| one.to_segment(&other.line) - other.radius;
+    /// The distance of another, mm, where it is less than `most`; else no less than `most`. Of two with flat ends no more than it.
+    pub(super) fn apart(&self, other: &Round, most: f64) -> f64 {
+        let of = |one: &Round, other: &Round| {
+            one.to_segment(&other.line, most + other.radius) - other.radius
+        };
         match (self.ends, other.ends) {
             (Ends::Flat, Ends::Flat) => of(self, other).max(of(other, self)),
             (Ends::Flat, Ends::Round) => of(self, other),
             (Ends::Round, _) => of(other, self),
+        }
+    }
+}
+
+/// The way of a segment past something with flat ends, seen from its end ahead: along its line and beside it.
+struct Along {
+    length: f64,
+    radius: f64,
+    ahead: [f64; 2],
+    aside: [DVec3; 2],
+}
+
+/// A place of a segment, as a share of it, its distance, mm, and how fast that grows along the segment.
+#[derive(Clone, Copy)]
+struct Passed {
+    t: f64,
+    distance: f64,
+    growth: f64,
+}
+
+impl Along {
+    fn of(round: &Round, segment: &Segment) -> Self {
+        let ahead = round.ahead();
+        let part = |v: DVec3| {
+            let along = v.dot(ahead);
+            (along, v - along * ahead)
+        };
+        let (from, way) = (part(segment.a - round.line.a), part(segment.b - segment.a));
+        Along {
+            length: round.line.a.distance(round.line.b),
+            radius: round.radius,
+            ahead: [from.0, way.0],
+            aside: [from.1, way.1],
+        }
+    }
+
+    /// At a share of the segment. Inside the growth is none.
+    fn at(&self, t: f64) -> Passed {
+        let ahead = self.ahead[0] + t * self.ahead[1];
+        let beside = self.aside[0] + t * self.aside[1];
+        let out = beside.length();
+        let aside = out - self.radius;
+        let (beyond, leaves) = if ahead >= -0.5 * self.length {
+            (ahead, self.ahead[1])
+        } else {
+            (-ahead - self.length, -self.ahead[1])
+        };
+        let spreads = || beside.dot(self.aside[1]) / out;
+        let (distance, growth) = match (aside > 0.0, beyond > 0.0) {
+            (true, true) => {
+                let far = (aside * aside + beyond * beyond).sqrt();
+                (far, (aside * spreads() + beyond * leaves) / far)
+            }
+            (true, false) => (aside, spreads()),
+            (false, true) => (beyond, leaves),
+            (false, false) => (aside.max(beyond), 0.0),
+        };
+        Passed {
+            t,
+            distance,
+            growth,
         }
     }
 }
@@ -313,7 +415,7 @@ mod tests {
                 p.lerp(q, share.clamp(0.0, 1.0))
             };
             let wanted = alternately(p, |p| onto(&round, p), into_line);
-            let found = round.to_segment(&line);
+            let found = round.to_segment(&line, f64::INFINITY);
             assert!((found.max(0.0) - wanted).abs() < 2e-3, "{found} {wanted}");
             assert!(round.at_least_to_segment(&line) <= found + 1e-9);
         }

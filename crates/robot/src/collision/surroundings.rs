@@ -70,5 +70,6 @@ pub(super) fn to_table(
     form: &Form<'_>,
     most: f64,
 ) -> f64 {
-    form.seen_from(*table_from_part).to_box(*bounds, most)
+    form.seen_from(*table_from_part)
+        .nearest_piece(most, |form, most| form.to_box(*bounds, most))
 }

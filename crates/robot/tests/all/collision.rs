@@ -2,6 +2,7 @@
 
 mod between;
 mod hulls;
+mod pieces;
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

@@ -16,6 +16,7 @@ use crate::waam::drive::division;
 use crate::waam::drive::driven;
 use crate::waam::drive::expected::metal_at;
 use crate::waam::drive::film::{self, Film, Step};
+use crate::waam::drive::held_as;
 use crate::waam::drive::hold::{ends, followed};
 use crate::waam::drive::joint_moves;
 use crate::waam::drive::key_moments;
@@ -329,6 +330,7 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
         }
         _ => check,
     };
+    let check = held_as::hulls(check, worst, settings.limits.clearance, cell);
     let check = swung(check, worst.distance - settings.limits.clearance, moves);
     let check = unsaid(check, &along.unsaid, moves);
     let check = match cell.shapes.as_ref().and_then(|s| s.table) {

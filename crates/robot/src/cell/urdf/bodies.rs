@@ -8,12 +8,12 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::shapes::{cuboid, revolve};
 use meltpath_geometry::{Mesh, Pose};
 
-use super::error::UrdfError;
+use super::error::{LinkFault, UrdfError};
 use super::links::{Form, Piece, pieces};
 use super::mesh::{self, Named};
 use super::read::Joint;
 use crate::cell::layout::LinkHull;
-use crate::hull::Hull;
+use crate::hull::{Fineness, Hull, Pieces};
 
 /// Sides of what is round.
 const SIDES: u32 = 32;
@@ -120,18 +120,25 @@ impl Bodies {
         for v in &mut mesh.vertices {
             *v = place.point(*v);
         }
-        let hull = match ball {
-            Some(radius) => Hull::with(vec![place.position], radius),
-            None => Hull::of(&mesh.vertices),
+        let is_mesh = matches!(form, Form::Mesh { .. });
+        let taken = match ball {
+            Some(radius) => Hull::with(vec![place.position], radius).map(Pieces::from),
+            None if is_mesh => Pieces::of(&mesh, Fineness::default()),
+            None => Hull::of(&mesh.vertices).map(Pieces::from),
         };
+        if taken.is_none() {
+            return Err(piece.wrong(&link.link, LinkFault::Empty { what }));
+        }
         let seen = if piece.collides {
             ""
         } else {
             ", as it is seen"
         };
-        self.hulls.extend(hull.map(|hull| LinkHull {
+        self.hulls.extend(taken.map(|taken| LinkHull {
             link: link.joint,
-            hull,
+            hull: taken.whole,
+            pieces: taken.pieces,
+            excess: taken.excess,
             mesh,
             of: format!("{}: {what}{seen}", link.link),
         }));
@@ -169,9 +176,12 @@ pub(super) fn moved(hulls: &mut [LinkHull], frames: impl Fn(u8) -> Pose) {
         let new_from_old = frames(body.link);
         let at = |p: &DVec3| new_from_old.point(*p);
         body.mesh.vertices.iter_mut().for_each(|v| *v = at(v));
-        let points = body.hull.points().iter().map(at).collect();
-        if let Some(hull) = Hull::with(points, body.hull.radius()) {
-            body.hull = hull;
+        body.excess.place = at(&body.excess.place);
+        for hull in body.pieces.iter_mut().chain([&mut body.hull]) {
+            let points = hull.points().iter().map(at).collect();
+            if let Some(moved) = Hull::with(points, hull.radius()) {
+                *hull = moved;
+            }
         }
     }
 }

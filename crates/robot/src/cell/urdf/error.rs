@@ -182,6 +182,12 @@ pub enum LinkFault {
         /// Where it was looked for.
         looked: Vec<PathBuf>,
     },
+    /// A shape without a triangle.
+    #[error("the mesh {what} has no triangle with a size: write it anew, or take the shape out")]
+    Empty {
+        /// As it is called.
+        what: String,
+    },
     /// A mesh that cannot be read.
     #[error("the mesh {} cannot be taken: {what}", .file.display())]
     Mesh {

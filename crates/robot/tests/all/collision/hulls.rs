@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meltpath_geometry::Mesh;
 use meltpath_robot::cell::{LinkHull, Links};
-use meltpath_robot::hull::Hull;
+use meltpath_robot::hull::{Excess, Hull};
 
 use super::*;
 
@@ -24,6 +24,8 @@ fn as_hulls(cell: &Cell, forearm: usize) -> Cell {
         LinkHull {
             link: i as u8 + 1,
             hull: Hull::with(vec![DVec3::ZERO, end], radii[i]).unwrap(),
+            pieces: Vec::new(),
+            excess: Excess::default(),
             mesh: Mesh::default(),
             of: String::new(),
         }

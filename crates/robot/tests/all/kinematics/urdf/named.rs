@@ -266,3 +266,42 @@ fn shapes_that_cannot_be_taken_are_refused() {
     }
     assert!(refused(FILE, &dir).contains("the URDF tells no shape of any link"));
 }
+
+/// A link of STL that is a fork, in three pieces; what its file lacks is refused.
+#[test]
+fn a_fork_of_a_file_is_taken_in_pieces() {
+    let dir = package(&[SPHERICAL, &[TOOL]].concat());
+    let mut fork = bar([-60.0, -60.0, 0.0], [60.0, 60.0, 40.0]);
+    fork.add(&bar([-60.0, -60.0, 40.0], [-40.0, 60.0, 300.0]));
+    fork.add(&bar([40.0, -60.0, 40.0], [60.0, 60.0, 300.0]));
+    let file = dir.path().join("arm/meshes/one.stl");
+    stl(&file, &fork, 0.001);
+    let cell = read(FILE, &dir);
+    let Links::Hulls(hulls) = &cell.shapes.as_ref().unwrap().links else {
+        panic!("{:?}", cell.shapes);
+    };
+    let body = &hulls[1];
+    let count = body.pieces.len();
+    assert!((3..=4).contains(&count), "{count}");
+    assert!(body.excess.most < 1.0, "{:?}", body.excess);
+    // every corner of the file's lies in a hull, wherever the link's frame is
+    for v in &body.mesh.vertices {
+        let near = body.pieces.iter().flat_map(|p| p.points());
+        let near = near.map(|p| p.distance(*v)).fold(f64::INFINITY, f64::min);
+        assert!(near < 1e-3, "{v} {near}");
+    }
+    let boxes = hulls.iter().filter(|h| h.link != 1);
+    assert!(boxes.clone().all(|h| h.pieces.is_empty()));
+    assert!(boxes.map(|h| h.excess.most).fold(0.0, f64::max) < 1.0);
+    for text in [
+        "solid\nendsolid\n",
+        "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 nan\n",
+    ] {
+        fs::write(&file, text).unwrap();
+        let told = refused(FILE, &dir);
+        assert!(
+            told.contains("\"l1\"") && told.contains("one.stl"),
+            "{told}"
+        );
+    }
+}
