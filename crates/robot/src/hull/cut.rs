@@ -187,7 +187,7 @@ fn directions(triangles: &[[DVec3; 3]]) -> Vec<DVec3> {
             Some(of) => faces[of].1 += area.length(),
             // the large ones come first
             None if faces.len() < 64 && normal != DVec3::ZERO => {
-                faces.push((normal, area.length()))
+                faces.push((normal, area.length()));
             }
             None => {}
         }

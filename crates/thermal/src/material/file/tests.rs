@@ -142,9 +142,21 @@ fn slips_of_a_thousand_are_told() {
     let text = meltpath_data::materials::TI6AL4V_EBM.text;
     for (right, slip, said) in [
         ("value = 440.0e3", "value = 440.0", "latent is 440 J/kg"),
-        ("[1.52, -1.56e-4]", "[1520.0, -0.156]", "surface_tension is 1520 N/m"),
-        ("value = 8.88e6", "value = 8.88e3", "the heat of evaporation of titanium is 8880 J/kg"),
-        ("value = 47.867e-3", "value = 47.867", "molar_mass of titanium is 47.9 kg/mol"),
+        (
+            "[1.52, -1.56e-4]",
+            "[1520.0, -0.156]",
+            "surface_tension is 1520 N/m",
+        ),
+        (
+            "value = 8.88e6",
+            "value = 8.88e3",
+            "the heat of evaporation of titanium is 8880 J/kg",
+        ),
+        (
+            "value = 47.867e-3",
+            "value = 47.867",
+            "molar_mass of titanium is 47.9 kg/mol",
+        ),
     ] {
         assert!(text.contains(right), "{right}");
         let told = super::read(&text.replace(right, slip), Readings::default());

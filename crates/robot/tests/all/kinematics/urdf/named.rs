@@ -286,7 +286,10 @@ fn a_fork_of_a_file_is_taken_in_pieces() {
     assert!(body.excess.most < 1.0, "{:?}", body.excess);
     // every corner of the file's lies in a hull, wherever the link's frame is
     for v in &body.mesh.vertices {
-        let near = body.pieces.iter().flat_map(|p| p.points());
+        let near = body
+            .pieces
+            .iter()
+            .flat_map(meltpath_robot::hull::Hull::points);
         let near = near.map(|p| p.distance(*v)).fold(f64::INFINITY, f64::min);
         assert!(near < 1e-3, "{v} {near}");
     }
