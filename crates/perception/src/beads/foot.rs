@@ -33,6 +33,8 @@ const CARRIED: f64 = 0.1;
 
 /// A place is level with the plate up to this share of `near`: a standard deviation of the scanner's noise.
 const LEVEL: f64 = 0.25;
+/// Points of a row lie as near to each other, share of its distance from the next one.
+const ROW: f64 = 0.1;
 /// A place is the bead's where it is higher than so many standard uncertainties of its height.
 const CLEAR: f64 = 3.0;
 
@@ -87,6 +89,11 @@ fn shown(places: &[Mean], end: usize, near: f64) -> Option<[f64; 2]> {
     let inner = places[last + 1..beyond].iter().rev().find(clear);
     let inner = inner.map_or(places[last].at.x, |m| m.at.x);
     let [above, outer] = [places[last].at, places[beyond].at];
+    // between rows of a scanner there is nothing; places of points that lie all over are parts of the flank, and bound nothing
+    let is_row = |m: &Mean| m.wide <= ROW * (outer.x - above.x);
+    if !is_row(&places[last]) || !is_row(&places[beyond]) {
+        return None;
+    }
     let slope = (above.y - outer.y) / (outer.x - above.x);
     let higher = level + CLEAR * places[beyond].noise;
     Some([inner, outer.x + higher / slope])
@@ -134,6 +141,8 @@ impl Foot {
 struct Mean {
     at: DVec2,
     lowest: f64,
+    /// How far its points lie apart along the section, mm.
+    wide: f64,
     /// Standard uncertainty of its height, mm; not a number of fewer than three points.
     noise: f64,
 }
@@ -143,8 +152,10 @@ impl Mean {
         let n = points.len() as f64;
         let at = points.iter().sum::<DVec2>() / n;
         let squares: f64 = points.iter().map(|p| (p.y - at.y).powi(2)).sum();
+        let end = |one: Option<&DVec2>| one.map_or(at.x, |p| p.x);
         Mean {
             at,
+            wide: end(points.last()) - end(points.first()),
             lowest: points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min),
             noise: if points.len() > 2 {
                 (squares / (n - 1.0) / n).sqrt()

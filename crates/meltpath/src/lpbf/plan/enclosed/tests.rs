@@ -63,8 +63,14 @@ fn lines_that_are_missing_are_told() {
     // a layer that lost all its lines; a file of contours alone; one without contours
     let bare = layer(&[(WHOLE, 1.0)], &[]);
     assert!(!passes(&[full, bare.clone()]));
-    assert_eq!(said(&[bare]), None);
-    assert_eq!(said(&[layer(&[], &[[0.0, 0.0, 6.0, 2.0]])]), None);
+    for (layers, why) in [
+        (bare, "no lines of a fill"),
+        (layer(&[], &[[0.0, 0.0, 6.0, 2.0]]), "no closed contours"),
+    ] {
+        let check = said(&[layers]).unwrap();
+        assert_eq!(check.status, Status::NotChecked);
+        assert!(check.reason.contains(why), "{}", check.reason);
+    }
 }
 
 /// One line may miss, as hatches that begin anew leave it; three in the middle of a layer may not, nor all of a small body beside a large
