@@ -25,10 +25,11 @@ use crate::measures::delays::DelayTuning;
 use crate::measures::fill_rate::FillRate;
 use crate::measures::fill_share::FillShare;
 use crate::measures::hatch::HatchDistance;
-use crate::measures::stray_light::WINDOW;
 use crate::measures::strays::lost_by_straying;
 use meltpath_toolpath::Role;
 
+/// Lit points are compared with marks commanded at most this long before, s.
+const WINDOW: f64 = 4e-3;
 /// Steps in which the range of speeds is scanned, from the fastest.
 const SCANNED: u32 = 6;
 /// Halvings between the fastest good speed scanned and the next.

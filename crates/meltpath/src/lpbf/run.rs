@@ -18,7 +18,7 @@ use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, T
 use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillRate;
 use meltpath_scan_head::measures::fill_share::FillShare;
-use meltpath_scan_head::measures::stray_light::{StrayLight, WINDOW};
+use meltpath_scan_head::measures::stray_light::StrayLight;
 use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
@@ -39,6 +39,8 @@ use crate::outcome::{Examined, Outcome, RunFolder};
 use crate::tune::choose::ready_for;
 use crate::views;
 
+/// Lit points are compared with marks commanded at most this long before, s: longer than any lag and off-delay.
+const WINDOW: f64 = 4e-3;
 /// Step of the delays that are paired in the table of trade-offs, s.
 const FRONT_STEP: f64 = 40e-6;
 /// Share of the way in light from which on that in jumps is told: less is the beginnings and ends of marks.

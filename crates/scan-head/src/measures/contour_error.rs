@@ -8,7 +8,7 @@ use crate::head::prepared::Prepared;
 use crate::measures::dark_way::{ContourLight, Dark, DarkWay, LightReach};
 use crate::measures::histogram::Histogram;
 use crate::measures::segment::distance_to_segment;
-use crate::measures::stray_light::{Drawing, StrayLight};
+use crate::measures::stray_light::StrayLight;
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Role;
 use std::collections::VecDeque;
@@ -18,6 +18,9 @@ const CONTOUR_BIN: f64 = 5e-4;
 
 /// Width of a bin of angle errors, deg.
 const ANGLE_BIN: f64 = 1e-4;
+
+/// How many times as fast as its mark a spot may run that draws it: one that comes back from beyond a mark's beginning is faster for a while.
+const FASTEST: f64 = 4.0;
 
 /// In a millimetre.
 const NANOMETRES: f64 = 1e6;
@@ -36,11 +39,9 @@ struct Candidate {
 }
 
 impl Candidate {
-    fn drawing(&self) -> Drawing {
-        Drawing {
-            ends: [self.a, self.b],
-            speed: self.speed,
-        }
+    /// Whether a spot that goes so within a period may be drawing it.
+    fn runs(&self, step: DVec2, period: f64) -> bool {
+        step.dot(self.b - self.a) >= 0.0 && step.length() <= FASTEST * self.speed * period
     }
 }
 
@@ -183,10 +184,12 @@ impl PathErrors {
         }
     }
 
-    /// Whether a stroke draws some mark.
-    fn is_drawn(&self, stroke: [DVec2; 2], period: f64) -> bool {
-        let mut marks = self.near.iter().filter(|c| c.kind.deposits());
-        marks.any(|c| c.drawing().is_drawn(stroke, self.reach.aside, period))
+    /// Whether some mark that a stroke lies on is drawn by it: not one that it runs against, as a jump back over the last line does, nor one
+    /// that it crosses as fast as a jump.
+    fn is_drawn(&self, [from, to]: [DVec2; 2], period: f64) -> bool {
+        let marks = self.near.iter().filter(|c| c.kind.deposits());
+        let mut here = marks.filter(|c| distance_to_segment(to, c.a, c.b) <= self.reach.aside);
+        here.any(|c| c.runs(to - from, period))
     }
 
     /// What of the contours stayed dark.

@@ -9,14 +9,13 @@
     reason = "numbers of samples are far below 2^63"
 )]
 
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec2;
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::gate::{Chain, Chains};
 use crate::head::recipe::LaserDelays;
 use crate::head::vector::ScanJob;
 use crate::measures::segment::distance_to_segment;
-use crate::measures::stray_light::{Drawing, WINDOW};
 use meltpath_toolpath::Role;
 
 /// Records the point hit at every sample: for runs of a few squares.
@@ -32,13 +31,12 @@ impl HeadSink for HitRecord {
     }
 }
 
-/// Length marked where nothing was asked, and length asked but not marked, at starts and ends of chains, mm. Light draws where the judge of
-/// stray light says so, nearer to its mark: what lies on marks that the spot runs against, or crosses as fast as a jump, is spurious.
+/// Length marked where nothing was asked, and length asked but not marked, at starts and ends of chains, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayScore {
     /// The delays.
     pub delays: LaserDelays,
-    /// Lit path that draws no mark as near as the spot's radius, light of starts, mm.
+    /// Lit path farther than the spot's radius from any mark, light of starts, mm.
     pub spurious_start: f64,
     /// The same, light of ends, mm.
     pub spurious_end: f64,
@@ -105,7 +103,6 @@ impl DelayTuning {
         };
         let chains = Chains::all(job, period);
         let ends = vector_ends(job, period);
-        let commanded = Commanded::of(job, period);
         for (c, chain) in chains.iter().enumerate() {
             let marks: Vec<(DVec2, DVec2)> = (chain.first..=chain.last)
                 .map(|i| {
@@ -115,7 +112,7 @@ impl DelayTuning {
                     )
                 })
                 .collect();
-            // the path may run beside its own mark, or on a neighbouring chain's
+            // light may fall on the neighbouring chains' marks too: they were asked for
             let near: Vec<(DVec2, DVec2)> = chains[c.saturating_sub(1)..(c + 2).min(chains.len())]
                 .iter()
                 .flat_map(|n| n.first..=n.last)
@@ -138,10 +135,9 @@ impl DelayTuning {
             let last = hits.len() as i64;
             let cost = |from: i64, to: i64, origin: i64, radius: f64, out: &mut EndCost| {
                 for k in from.max(1)..to.min(last) {
-                    let stroke = [hits[k as usize - 1], hits[k as usize]];
-                    if !commanded.is_drawn(k as u64, stroke, radius) {
-                        out.spurious
-                            .push((k - origin, stroke[0].distance(stroke[1])));
+                    if off(k) > radius {
+                        let length = hits[k as usize].distance(hits[k as usize - 1]);
+                        out.spurious.push((k - origin, length));
                     }
                 }
             };
@@ -379,45 +375,6 @@ fn least(table: &[DelayScore], cost: impl Fn(&DelayScore) -> f64) -> LaserDelays
         .iter()
         .find(|s| cost(s) <= enough)
         .map_or(LaserDelays::default(), |s| s.delays)
-}
-
-/// The marks of a job by when they are commanded.
-struct Commanded {
-    period: f64,
-    /// From the first sample of each to the last at which light may still draw it; both rise.
-    samples: Vec<[u64; 2]>,
-    marks: Vec<Drawing>,
-}
-
-impl Commanded {
-    fn of(job: &ScanJob, period: f64) -> Self {
-        let window = (WINDOW / period).ceil() as u64;
-        let (mut sample, mut samples, mut marks) = (0, Vec::new(), Vec::new());
-        for (i, v) in job.vectors.iter().enumerate() {
-            let (moves, waits) = job.samples_of(i, period);
-            if v.kind.deposits() {
-                samples.push([sample, sample + moves + waits + window]);
-                marks.push(Drawing {
-                    ends: [job.start_of(i), v.end].map(DVec3::truncate),
-                    speed: v.speed,
-                });
-            }
-            sample += moves + waits;
-        }
-        Commanded {
-            period,
-            samples,
-            marks,
-        }
-    }
-
-    /// Whether what the spot goes until a sample draws a mark that is or was commanded just before.
-    fn is_drawn(&self, sample: u64, stroke: [DVec2; 2], aside: f64) -> bool {
-        let first = self.samples.partition_point(|s| s[1] < sample);
-        let end = self.samples.partition_point(|s| s[0] <= sample);
-        let mut here = self.marks[first.min(end)..end].iter();
-        here.any(|m| m.is_drawn(stroke, aside, self.period))
-    }
 }
 
 /// The sample at which each vector ends, waits before it included.

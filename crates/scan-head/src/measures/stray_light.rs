@@ -4,33 +4,6 @@
 use meltpath_geometry::math::DVec2;
 
 use crate::measures::dark_way::Stretch;
-use crate::measures::segment::distance_to_segment;
-
-/// Light draws marks that are or were commanded at most this long before, s: longer than any lag and off-delay.
-pub const WINDOW: f64 = 4e-3;
-
-/// How many times as fast as its mark a spot may run that draws it: one that comes back from beyond a mark's beginning is faster for a while.
-const FASTEST: f64 = 4.0;
-
-/// A mark that light may be drawing: from where to where, mm, and its speed, mm/s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Drawing {
-    pub(super) ends: [DVec2; 2],
-    pub(super) speed: f64,
-}
-
-impl Drawing {
-    /// Whether a spot that goes so from sample to sample, a `period` s apart, draws it: it comes within `aside` mm of it, and neither runs against
-    /// it, as a jump back over the last line does, nor crosses it as fast as a jump. The one definition of light that draws: the judge and the
-    /// tuning of delays go by it.
-    pub(super) fn is_drawn(&self, [from, to]: [DVec2; 2], aside: f64, period: f64) -> bool {
-        let [a, b] = self.ends;
-        let step = to - from;
-        distance_to_segment(to, a, b) <= aside
-            && step.dot(b - a) >= 0.0
-            && step.length() <= FASTEST * self.speed * period
-    }
-}
 
 /// Light that draws no mark, while a run streams.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -106,39 +106,3 @@ fn a_pure_lag_asks_for_delays_of_its_own() {
     near(tuned.on, 3e-4, 4e-5);
     near(tuned.off, 3e-4, 4e-5);
 }
-
-/// Lines so close that the jump back from one to the next runs over marks that were just drawn: the light of it is stray to the judge, and to the
-/// tuning. A spot that follows its command 0.3 ms late is still on that jump when a line begins.
-#[test]
-fn light_of_jumps_over_lines_counts_for_the_tuning_as_for_the_judge() {
-    let (period, lag, radius) = (1e-5, 30_usize, 0.035);
-    let mut vectors = Vec::new();
-    for line in 0..8 {
-        let y = 0.02 * f64::from(line);
-        vectors.push(vector(Role::Jump, 0.0, y, 8000.0));
-        vectors.push(vector(Role::Fill, 3.0, y, 1000.0));
-    }
-    vectors.push(vector(Role::Jump, 0.0, 0.2, 8000.0));
-    let job = ScanJob {
-        start: DVec3::new(0.0, -2.0, 0.0),
-        vectors,
-    };
-    let mut commanded: Vec<DVec2> = Vec::new();
-    for (i, v) in job.vectors.iter().enumerate() {
-        // as the head has it: whole samples
-        let samples = (job.length_of(i) / (v.speed * period) - 1e-6).ceil() as usize;
-        let (a, b) = (job.start_of(i).truncate(), v.end.truncate());
-        commanded.extend((0..samples).map(|k| a.lerp(b, k as f64 / samples as f64)));
-    }
-    let hits: Vec<DVec2> = (0..commanded.len())
-        .map(|k| commanded[k.saturating_sub(lag)])
-        .collect();
-    let tuning = DelayTuning::new(&job, &hits, period, 8e-4, radius);
-    // light at once is that of 0.3 ms of a jump against the lines: seven of them, and of what comes from beyond the first
-    let early = tuning.score(LaserDelays { on: 0.0, off: 3e-4 });
-    assert!(early.spurious_start > 7.0 * 2.0, "{early:?}");
-    let tuned = tuning.tune(3e-3).best;
-    near(tuned.delays.on, 3e-4, 4e-5);
-    near(tuned.delays.off, 3e-4, 4e-5);
-    assert!(tuned.spurious() < 0.1 && tuned.missing() < 0.1, "{tuned:?}");
-}
