@@ -7,8 +7,6 @@ mod clusters;
 mod corner;
 mod foot;
 mod look;
-#[cfg(test)]
-mod rows;
 mod section;
 
 use meltpath_geometry::math::{DVec2, DVec3};

@@ -19,8 +19,8 @@ const SPAN: f64 = 0.25;
 /// A flank is straight where its places span this share of the bead's height or more.
 const LEAST_SPAN: f64 = 0.1;
 /// How much a straight flank may be bent, as the factor of the square of its height in shares of the bead's: an ellipse is bent by -1, a triangle
-/// by 1, a parabola not at all. A standard uncertainty: that of a bend which may be anything between these two.
-const BEND: f64 = 0.6;
+/// by 1, a parabola not at all. A standard uncertainty.
+const BEND: f64 = 0.5;
 /// Places so many times the usual distance off the flank are left out of it.
 const STRAY: f64 = 3.5;
 /// Rounds in which they are.
@@ -30,13 +30,6 @@ const CREDIBLE: std::ops::Range<f64> = 0.9..1.5;
 /// Share of what is carried on below the outermost place that is not known, a standard uncertainty: a value of ours, held by the test
 /// of forms in `beads`.
 const CARRIED: f64 = 0.1;
-
-/// A place is level with the plate up to this share of `near`: a standard deviation of the scanner's noise.
-const LEVEL: f64 = 0.25;
-/// Points of a row lie as near to each other, share of its distance from the next one.
-const ROW: f64 = 0.1;
-/// A place is the bead's where it is higher than so many standard uncertainties of its height.
-const CLEAR: f64 = 3.0;
 
 /// A foot of a section.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,72 +61,7 @@ pub(super) fn foot(points: &[DVec2], near: f64, height: f64) -> Option<Foot> {
     let outermost = flank.last().map_or(0.0, |p| p.at.x);
     let credible = |f: &Foot| CREDIBLE.contains(&(f.out / outermost));
     let carried = carried(&flank, height).filter(credible);
-    let found = carried.or_else(|| between(&places, end, (near, height)))?;
-    // without a plate that is told apart nothing bounds it
-    Some(match shown(&places, end, near).filter(|_| near > 0.0) {
-        Some(bounds) => found.within(bounds),
-        None => found,
-    })
-}
-
-/// Between which distances the foot lies by what places show: not before the last one that is clearly higher than the plate, nor beyond the first
-/// one that is level with it, or as far beyond as the flank would fall to it from there, no less steep than from the last place of the bead. `None` where no
-/// place is level with the plate.
-fn shown(places: &[Mean], end: usize, near: f64) -> Option<[f64; 2]> {
-    let last = places[..end].iter().rposition(|m| m.at.y > near)?;
-    let level = LEVEL * near;
-    // of fewer than three points nobody knows how high they lie
-    let flat = |m: &Mean| m.at.y <= level && m.noise.is_finite();
-    let beyond = last + 1 + places[last + 1..].iter().position(flat)?;
-    let clear = |m: &&Mean| m.at.y > level && m.at.y > CLEAR * m.noise;
-    let inner = places[last + 1..beyond].iter().rev().find(clear);
-    let inner = inner.map_or(places[last].at.x, |m| m.at.x);
-    let [above, outer] = [places[last].at, places[beyond].at];
-    // between rows of a scanner there is nothing; places of points that lie all over are parts of the flank, and bound nothing
-    let is_row = |m: &Mean| m.wide <= ROW * (outer.x - above.x);
-    if !is_row(&places[last]) || !is_row(&places[beyond]) {
-        return None;
-    }
-    let slope = (above.y - outer.y) / (outer.x - above.x);
-    let higher = level + CLEAR * places[beyond].noise;
-    Some([inner, outer.x + higher / slope])
-}
-
-impl Foot {
-    /// The same where it is known to lie between two distances: mean and deviation of what of a normal distribution lies there; of an even one
-    /// where next to nothing of it does.
-    fn within(self, [inner, outer]: [f64; 2]) -> Self {
-        /// Least share of the distribution.
-        const LEAST: f64 = 1e-3;
-        let sigma = self.scatter.hypot(self.common);
-        let bounds = [inner, outer].map(|x| (x - self.out) / sigma);
-        let density = bounds.map(|u| (-0.5 * u * u).exp() / std::f64::consts::TAU.sqrt());
-        let below = bounds.map(|u| 0.5 * libm::erfc(-u * std::f64::consts::FRAC_1_SQRT_2));
-        let share = below[1] - below[0];
-        let (out, left) = if share >= LEAST {
-            let moved = (density[0] - density[1]) / share;
-            let drawn = (bounds[0] * density[0] - bounds[1] * density[1]) / share;
-            let variance = (1.0 + drawn - moved * moved).max(0.0);
-            (self.out + sigma * moved, sigma * variance.sqrt())
-        } else {
-            // what was found lies elsewhere
-            let out = 0.5 * (inner + outer);
-            (out, (outer - inner) / 12.0_f64.sqrt())
-        };
-        // no more of it differs from section to section than did before
-        let scatter = (self.scatter * left / sigma).min(left);
-        let within = Foot {
-            out,
-            scatter,
-            common: (left * left - scatter * scatter).sqrt(),
-        };
-        let numbers = [within.out, within.scatter, within.common];
-        if numbers.iter().all(|v| v.is_finite()) {
-            within
-        } else {
-            self
-        }
-    }
+    carried.or_else(|| between(&places, end, (near, height)))
 }
 
 /// The mean of neighbouring points.
@@ -141,8 +69,6 @@ impl Foot {
 struct Mean {
     at: DVec2,
     lowest: f64,
-    /// How far its points lie apart along the section, mm.
-    wide: f64,
     /// Standard uncertainty of its height, mm; not a number of fewer than three points.
     noise: f64,
 }
@@ -152,10 +78,8 @@ impl Mean {
         let n = points.len() as f64;
         let at = points.iter().sum::<DVec2>() / n;
         let squares: f64 = points.iter().map(|p| (p.y - at.y).powi(2)).sum();
-        let end = |one: Option<&DVec2>| one.map_or(at.x, |p| p.x);
         Mean {
             at,
-            wide: end(points.last()) - end(points.first()),
             lowest: points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min),
             noise: if points.len() > 2 {
                 (squares / (n - 1.0) / n).sqrt()

@@ -345,7 +345,7 @@ mod tests {
             |u| 1.0 - u.abs(),
         ];
         for form in forms {
-            for (high, wide, least) in [(0.4, 3.0, 0.05), (0.5, 3.5, 0.03), (0.8, 4.0, 0.01)] {
+            for (high, wide, least) in [(0.4, 3.0, 0.1), (0.5, 3.5, 0.05), (0.8, 4.0, 0.01)] {
                 let all: Vec<DVec2> = (0..400)
                     .map(|_| {
                         let y = random.between(-4.0, 4.0);
